@@ -14,15 +14,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 import ray
 
-from cps_agents.arena.meeting import make_meeting, run_job
+from cps_agents.arena.meeting import run_job
 from cps_agents.arena.store import Store
-from cps_agents.league.league import LeaguePlan, line_up
+from cps_agents.league.league import asked, line_up
 from cps_agents.learning.learner import learn
 from cps_agents.learning.recipe import Recipe, changed
 from cps_agents.learning.run import TrainingJob
@@ -52,12 +51,10 @@ def train_everywhere(recipe: Recipe, seeds: int, folder: Path) -> None:
 
 def play_everywhere(problem: str, episodes: int, folder: Path) -> None:
     """One task per meeting; `cps-envs league PROBLEM --episodes N --meetings FOLDER` then finds them all played."""
-    plan = LeaguePlan(Venue(problem, "learning"), {}, episodes)
     store = Store(folder)
     with Workers(1) as pool:
-        players, _ = line_up(plan, store, pool)
-    pairs = product(players["attacker"], players["defender"])
-    meetings = [make_meeting(plan.venue, attacker, defender, episodes) for attacker, defender in pairs]
+        table, _ = line_up(asked(Venue(problem, "learning"), {}, episodes), {}, store, pool)
+    meetings = [table.meeting(pair) for pair in table.pairs]
     for meeting, result in spread(run_job, [meeting for meeting in meetings if store.get(meeting) is None]):
         store.put(meeting, result)
         returns = result["metrics"]["return"]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from cps_agents.cli import COMMANDS, whole
 from cps_agents.console import out
-from cps_agents.table import Cell, Table, styled
+from cps_agents.sheet import Cell, Sheet, styled
 from tools.counting import (
     PACKAGES,
     ROOT,
@@ -51,7 +51,7 @@ JUDGING = (  # what lets policies meet and says what came out
     "paper/cps_paper/commands/benchmark.py",
     "paper/cps_paper/*/benchmark.py",
 )
-DECLARING = ("Block", "Comparison", "Contest", "Exhibit", "LeaguePlan", "Setting", "Suite", "Track")  # a table as data
+DECLARING = ("Block", "Comparison", "Contest", "Exhibit", "LeaguePlan", "Setting", "Suite", "Table", "Track")  # as data
 SEARCHED = r"\bbox_in\b|BOXING_IN|boxing_in"  # a policy whose numbers were searched
 PAGES = ("docs/rogue.md", "docs/details/rogue.md")
 SHIPPING = ("pyproject.toml", "baselines", "agents", "paper", "tests", "tools/bench", *PAGES, "CHANGELOG.md")
@@ -169,7 +169,7 @@ def main() -> None:
         (each.what, *map(shown, (each.before, each.wanted, each.reached)), each.verdict)
         for each in figures(tests=given.parse_args().tests)
     ]
-    out().print(Table("The house: before, wanted, reached", ("", "before", "wanted", "reached", ""), rows))
+    out().print(Sheet("The house: before, wanted, reached", ("", "before", "wanted", "reached", ""), rows))
 
 
 def shown(number: int | None) -> str:

@@ -1,4 +1,4 @@
-"""Policies beside each other in the same challenges: what each reaches, and paired differences to the baselines.
+"""Policies beside each other against the same opponents: what each reaches, and paired differences to the bars.
 
 What `cps-envs certify --episodes` has certified about evaluation episodes counts as metrics of these episodes.
 """
@@ -6,25 +6,24 @@ What `cps-envs certify --episodes` has certified about evaluation episodes count
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from itertools import compress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from cps_agents.arena.challenge import Challenge, scores
 from cps_agents.arena.meeting import Result
-from cps_agents.arena.play import Pairing, Report, play, silent
+from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table, scores
 from cps_agents.errors import CommandError
 from cps_agents.zoo.references import is_trained
-from cps_baselines.arena import Contestant
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import Entry, read_entry
-from cps_envs.core.types import FloatArray, Role
+from cps_envs.core.types import FloatArray, Role, other
 from cps_envs.fdi.optima import FASTEST_MPS, PROVED, ROUNDING_MPS, STATUSES
 
 
@@ -89,7 +88,7 @@ def plain_values(config: Any) -> Any:
     return json.loads(json.dumps(asdict(config)))
 
 
-Place = tuple[int, str]  # number of the challenge, policy
+Known: TypeAlias = Mapping[str, FloatArray]  # metric -> (episodes,) what is known of the episodes besides
 
 
 @dataclass(frozen=True)
@@ -134,69 +133,49 @@ class Standing:
         }
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """What an evaluation compares: policies and baselines, against which opponents, by which metric."""
-
-    challenges: Sequence[Challenge]  # one for each opponent
-    policies: Sequence[str]
-    baselines: Sequence[str]
-    metric: str
-    per: str = ""  # a metric of the same episode that the other one is divided by
-    known: Mapping[str, FloatArray] = field(default_factory=dict)  # (episodes,) what is known of them besides
-
-    @property
-    def names(self) -> list[str]:
-        """Policies before baselines."""
-        return list(dict.fromkeys((*self.policies, *self.baselines)))
-
-    def pairings(self) -> dict[Place, Pairing]:
-        """Who meets whom."""
-        return {
-            (number, name): challenge.pairing(Contestant(name))
-            for number, challenge in enumerate(self.challenges)
-            for name in self.names
-        }
-
-
-def compare(comparison: Comparison, store: Store, workers: int, report: Report = silent) -> tuple[list[Standing], int]:
+def compare(
+    table: Table, store: Store, workers: int, report: Report = silent, known: Known | None = None
+) -> tuple[list[Standing], int]:
     """Play what `store` does not have and judge everything, opponent by opponent; also how many meetings it had."""
     with Workers(workers) as pool:
-        played = play(comparison.pairings(), store, pool, report=report)
-    values = {
-        place: scores([_with_known(result, comparison) for result in results], comparison.metric, comparison.per)
-        for place, results in played.results.items()
-    }
+        played = play([table], store, pool, report=report)
+    role: Role = table.judged or "attacker"
+    values: dict[str, dict[str, FloatArray]] = {}  # by opponent and policy
+    for place, results in played.results.items():
+        pair = table.pair(place[1:])
+        found = [_with_known(result, table, known or {}) for result in results]
+        values.setdefault(pair[other(role)].name, {})[pair[role].name] = scores(found, table.metric, table.per)
     standings = [
-        _standing(comparison, number, name, values)
-        for number in range(len(comparison.challenges))
-        for name in comparison.names
+        _standing(table, role, rival.name, each.name, values[rival.name])
+        for rival in table.players(other(role))
+        for each in table.players(role)
     ]
     return standings, played.reused
 
 
-def _with_known(result: Result, comparison: Comparison) -> Result:
+def _with_known(result: Result, table: Table, known: Known) -> Result:
     """A result with what is known of its episodes; those count for which there is something to divide by."""
-    if not comparison.known:
+    if not known:
         return result
-    metrics = {**result["metrics"], **{name: values.tolist() for name, values in comparison.known.items()}}
-    kept = [not comparison.per or value != 0 for value in metrics[comparison.per or comparison.metric]]
+    metrics = {**result["metrics"], **{name: values.tolist() for name, values in known.items()}}
+    kept = [not table.per or value != 0 for value in metrics[table.per or table.metric]]
     return {**result, "metrics": {name: list(compress(values, kept)) for name, values in metrics.items()}}
 
 
-def _standing(comparison: Comparison, place: int, name: str, values: Mapping[Place, FloatArray]) -> Standing:
-    mine = values[place, name]
-    others = [baseline for baseline in comparison.baselines if baseline != name] if name in comparison.policies else []
+def _standing(table: Table, role: Role, opponent: str, name: str, values: Mapping[str, FloatArray]) -> Standing:
+    mine = values[name]
+    judged = name in {each.name for each in (table.attackers if role == "attacker" else table.defenders)}
+    others = [each.name for each in table.bars if each.name != name] if judged else []
     return Standing(
-        opponent=comparison.challenges[place].opponent,
+        opponent=opponent,
         policy=name,
-        is_baseline=name not in comparison.policies,
+        is_baseline=not judged,
         mean=estimate([mine]),
         iqm=estimate([mine], interquartile_mean),
-        differences={other: difference([mine], [values[place, other]]) for other in others},
-        cautions={other: text for other in others if (text := caution(other, values[place, other]))},
+        differences={other: difference([mine], [values[other]]) for other in others},
+        cautions={other: text for other in others if (text := caution(other, values[other]))},
         values=mine,
-        worst_seed=worst_of(mine, comparison.challenges[place].role),
+        worst_seed=worst_of(mine, role),
     )
 
 

@@ -15,7 +15,7 @@ from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 from cps_agents.files import replacing, write_text
 from cps_agents.progress import Progress
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_envs.core.errors import near, require
 from cps_envs.core.game import Game
 from cps_envs.core.generators import seeded
@@ -81,13 +81,13 @@ def _print(
     )
     count = len(outcome["return"])
     numbers = [(name, *map(_number, values)) for name, values in outcome.items()]
-    console.print(Table("", ("Metric", *(f"seed {seed + b}" for b in range(count))), numbers))
+    console.print(Sheet("", ("Metric", *(f"seed {seed + b}" for b in range(count))), numbers))
     if count > 1:
         rows = [
             (name, *map(_number, (values.mean(), values.std(), values.min(), values.max())))
             for name, values in outcome.items()
         ]
-        console.print(Table(f"{count} episodes", ("Metric", "mean", "deviation", "min", "max"), rows))
+        console.print(Sheet(f"{count} episodes", ("Metric", "mean", "deviation", "min", "max"), rows))
     console.print(f"The return is what the attacker is paid: {' + '.join(paid)}.")
 
 

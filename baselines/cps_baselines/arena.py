@@ -35,7 +35,7 @@ class Contestant:
     policy: str = ""  # reference, as `cps-envs play` takes it; the name itself if empty
     title: str = ""  # in the tables, where the name does not say enough
     overrides: Mapping[str, Any] = field(default_factory=dict)  # of the venue where it plays, such as how it observes
-    prepare: str = ""  # "module:function", called as function(config, quick) in advance; returns Prepared
+    prepare: str = ""  # "module:function", called in advance as function(config, quick): reference, note
     episodes: int = 0  # where they are not those of the table
     metric: str = ""  # what its row shows, where it is not that of the table
 
@@ -48,11 +48,3 @@ class Contestant:
     def reference(self) -> str:
         """The policy to look up."""
         return self.policy or self.name
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """What a contestant found out in advance: the policy that it plays with, and a line about it."""
-
-    policy: str
-    note: str

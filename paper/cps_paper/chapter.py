@@ -186,7 +186,7 @@ class Reproduction(Generic[E]):
         """File names without suffix, and the tables as comma-separated values."""
         for each in self.exhibits:
             for k, table in enumerate(self._tables(each), 1):
-                yield f"{each.name}-{k}", table.csv
+                yield f"{each.name}-{k}", table.sheet.csv
 
     def closing(self) -> list[str]:
         """Paragraphs that say what is not reproduced, and why."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from operator import attrgetter, itemgetter
 from typing import Any, Generic, TypeVar
 
+from cps_agents.sheet import Sheet
 from cps_paper.evidence import Evidence, Experiment
 
 DASH = "-"  # for what a record does not have
@@ -52,9 +51,10 @@ class ExhibitTable:
     data: Callable[[Any], Any] | None = None  # a record in JSON; None: the table is text only
 
     @property
-    def headings(self) -> list[str]:
-        """Those of the columns."""
-        return [column.heading for column in self.columns]
+    def sheet(self) -> Sheet:
+        """The text of all records."""
+        headings = [column.heading for column in self.columns]
+        return Sheet(self.title, headings, self.rows, left=self.left, caption=self.notes, breaks=self.breaks)
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
@@ -68,13 +68,6 @@ class ExhibitTable:
         heads = [row[: self.grouped] for row in self.rows]
         above = {*self.after, len(self.records) - 1} if self.footer else set(self.after)
         return [k for k in range(len(heads) - 1) if heads[k] != heads[k + 1] or k in above]
-
-    @property
-    def csv(self) -> str:
-        """The text as comma-separated values, with a line of headings."""
-        page = io.StringIO()
-        csv.writer(page, lineterminator="\n").writerows([self.headings, *self.rows])
-        return page.getvalue()
 
 
 @dataclass(frozen=True)
@@ -105,17 +98,3 @@ class Exhibit(Generic[E]):
 def with_properties(*names: str) -> Callable[[Any], dict[str, Any]]:
     """A function that gives the fields of a dataclass, and after them these properties."""
     return lambda record: {**asdict(record), **{name: getattr(record, name) for name in names}}
-
-
-def sheets_of(tables: Iterable[ExhibitTable]) -> list[dict[str, Any]]:
-    """The tables, as a page for the browser takes them."""
-    return [
-        {
-            "title": table.title,
-            "headings": table.headings,
-            "rows": [list(row) for row in table.rows],
-            "left": table.left,
-            "notes": list(table.notes),
-        }
-        for table in tables
-    ]

@@ -14,9 +14,10 @@ import pytest
 import cps_baselines
 import cps_envs
 from cps_agents.arena.meeting import Meeting, identity, make_meeting, run_job
-from cps_agents.arena.play import Pairing, play
+from cps_agents.arena.play import play
 from cps_agents.arena.sources import fingerprint
 from cps_agents.arena.store import Store, _digest, file_name
+from cps_agents.arena.table import Table
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS
@@ -44,11 +45,11 @@ def test_who_asks_plays_no_role() -> None:
 
 
 def test_a_meeting_in_two_tables_is_played_once(tmp_path: Path) -> None:
-    pairings = {name: Pairing(VENUE, replace(NONE, title=name), PD, 2, label=name) for name in ("one", "other")}
+    tables = [Table(VENUE, [replace(NONE, title=name)], [PD], 2, name=name) for name in ("one", "other")]
     with Workers(1) as pool:
-        played = play(pairings, Store(tmp_path), pool)
+        played = play(tables, Store(tmp_path), pool)
     assert (played.jobs, len(list(tmp_path.iterdir()))) == (1, 1)
-    assert played.results["one"] == played.results["other"]
+    assert played.results[0, 0, 0] == played.results[1, 0, 0]
 
 
 def test_fresh_plays_again_and_leaves_the_meetings_of_others(tmp_path: Path) -> None:

@@ -11,29 +11,33 @@ import pytest
 from cps_agents.arena import store
 from cps_agents.arena.meeting import Job, Meeting, Preparation, Result
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
-from cps_baselines.arena import Contestant, Prepared, Venue
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.disbanding.genetic import undefended_plan
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
 from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
-from cps_paper.benchmark.schedule import Benchmark, PaperCell, Setting
-from cps_paper.benchmark.suite import BenchmarkChoice, find_benchmark, run_benchmark, select
+from cps_paper.benchmark.schedule import Benchmark, PaperCell
+from cps_paper.benchmark.suite import find_benchmark, run_benchmark, select
 from cps_paper.printed.tables import read_table, velocity_errors, verdict
 from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 TINY = Benchmark(
     problem="disbanding",
-    settings=(
-        Setting(
+    tables=(
+        Table(
             name="tiny",
             title="Tiny",
             metric="velocity_error_all",
-            attackers=(Contestant("none"), Contestant("random"), Contestant("ready", prepare=f"{__name__}:prepare")),
+            attackers=(
+                Contestant("none"),
+                Contestant("random", episodes=3),
+                Contestant("ready", prepare=f"{__name__}:prepare"),
+            ),
             defenders=(Contestant("none"), Contestant("copy")),
             venue=Venue("disbanding", "paper", {"duration_s": 5, "num_platoons": 2}),
-            more_episodes={"random": 3},
             form="{value:.2f} ({collided:.0f})",
         ),
     ),
@@ -42,19 +46,19 @@ TINY = Benchmark(
 )
 
 
-def prepare(config: Any, quick: bool) -> Prepared:
-    return Prepared("plan?events=[[2,1]]", f"quick: {quick}")
+def prepare(config: Any, quick: bool) -> tuple[str, str]:
+    return "plan?events=[[2,1]]", f"quick: {quick}"
 
 
 @pytest.fixture(autouse=True)
 def _prepare_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """pytest imports this module under a name that `import_module` does not know."""
-    ready = TINY.settings[0].attackers[2]
+    ready = TINY.tables[0].attackers[2]
 
     def run(job: Preparation) -> Result:
         assert job.function == ready.prepare
-        found = prepare(None, job.quick)
-        return {"policy": found.policy, "note": found.note}
+        policy, note = prepare(None, job.quick)
+        return {"policy": policy, "note": note}
 
     monkeypatch.setattr(Preparation, "run", run)
 
@@ -62,7 +66,7 @@ def _prepare_here(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_attacker_meets_every_defender(tmp_path: Path) -> None:
     reports: list[tuple[int, int, str]] = []
     outcome = run_benchmark(TINY, Store(tmp_path), workers=1, report=lambda *report: reports.append(report))
-    rows = list(entries(outcome, TINY.settings[0]))
+    rows = entries(outcome, 0)
     assert [[entry.episodes for entry in row] for row in rows] == [[1, 1], [3, 3], [1, 1]]
     assert rows[0][0].text == "0.00 (0)"
     assert rows[2][0].value > 10
@@ -73,7 +77,7 @@ def test_every_attacker_meets_every_defender(tmp_path: Path) -> None:
 
 def test_the_paper_s_number_is_beside_ours(tmp_path: Path) -> None:
     outcome = run_benchmark(TINY, Store(tmp_path), workers=1)
-    entry = next(entries(outcome, TINY.settings[0]))[0]
+    entry = entries(outcome, 0)[0][0]
     assert entry.difference == pytest.approx(-3.0)
     assert (entry.verdict, entry.crash_agrees) == ("near", False)
     assert entry.paper_lines == ["paper 3.00", "with crash", "-3.00 near"]
@@ -114,7 +118,7 @@ def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
 
 
 def test_processes_find_the_same(tmp_path: Path) -> None:
-    (part,) = select([TINY], BenchmarkChoice(attackers=["none", "random"]))
+    (part,) = select([TINY], attackers=["none", "random"])
     alone = run_benchmark(part, Store(tmp_path / "alone"), workers=1)
     together = run_benchmark(part, Store(tmp_path / "together"), workers=2)
     assert {key: found["metrics"] for key, (found,) in alone.played.results.items()} == {
@@ -124,15 +128,15 @@ def test_processes_find_the_same(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_error_tells_which_work_had_it(tmp_path: Path, workers: int) -> None:
-    wrong = replace(TINY.settings[0], attackers=(Contestant("leed"),), defenders=(Contestant("none"),))
+    wrong = replace(TINY.tables[0], attackers=(Contestant("leed"),), defenders=(Contestant("none"),))
     with pytest.raises(CommandError, match=r"disbanding tiny leed none: .* Did you mean 'lead'"):
-        run_benchmark(replace(TINY, settings=(wrong,)), Store(tmp_path), workers=workers)
+        run_benchmark(replace(TINY, tables=(wrong,)), Store(tmp_path), workers=workers)
 
 
 def test_quick_plays_fewer_episodes_and_tells_the_preparation(tmp_path: Path) -> None:
-    outcome = run_benchmark(*select([TINY], BenchmarkChoice(quick=True)), Store(tmp_path), workers=1, quick=True)
-    assert len(outcome.result(("tiny", "random", "none"))["metrics"]["return"]) == 2
-    assert outcome.preparations("tiny")["ready"]["note"] == "quick: True"
+    outcome = run_benchmark(*select([TINY], quick=True), Store(tmp_path), workers=1, quick=True)
+    assert len(outcome.result((0, 1, 0))["metrics"]["return"]) == 2
+    assert outcome.preparations(0)["ready"]["note"] == "quick: True"
 
 
 def test_documents_hold_everything(tmp_path: Path) -> None:
@@ -144,15 +148,15 @@ def test_documents_hold_everything(tmp_path: Path) -> None:
     assert [row["attacker"] for row in rows] == ["none", "none", "random", "random", "ready", "ready"]
     assert (rows[0]["paper"], rows[0]["verdict"], rows[1]["paper"]) == ("3.0", "near", "")
     found = json.loads(json.dumps(document([outcome], {"command": "x"}, 1.0)))
-    (setting,) = found["problems"][0]["settings"]
-    assert setting["config"]["duration_s"] == 5
-    assert len(setting["cells"][2]["metrics"]["return"]) == 3
+    (table,) = found["problems"][0]["tables"]
+    assert table["config"]["duration_s"] == 5
+    assert len(table["cells"][2]["metrics"]["return"]) == 3
     assert len(tables(outcome)) == 1
 
 
 def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    (part,) = select([TINY], BenchmarkChoice(attackers=["none"]))
+    (part,) = select([TINY], attackers=["none"])
     monkeypatch.setattr("cps_paper.commands.benchmark.find_benchmark", lambda name: part)
     arguments = ["reproduce", "benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
     first = invoke(*arguments)
@@ -174,13 +178,13 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatc
 def test_the_disbanding_benchmark_covers_the_printed_cells() -> None:
     benchmark = find_benchmark("disbanding")
     meetings = {
-        (setting.name, attacker.name, defender.name)
-        for setting in benchmark.settings
-        for attacker in setting.attackers
-        for defender in setting.defenders
+        (table.name, attacker.name, defender.name)
+        for table in benchmark.tables
+        for attacker in table.attackers
+        for defender in table.defenders
     }
     assert len(benchmark.paper) == 18
-    assert {(cell.setting, cell.attacker, cell.defender) for cell in benchmark.paper} <= meetings
+    assert {(cell.table, cell.attacker, cell.defender) for cell in benchmark.paper} <= meetings
 
 
 def test_the_searched_plan_can_be_played() -> None:
@@ -190,9 +194,9 @@ def test_the_searched_plan_can_be_played() -> None:
 
     problem = find_problem("disbanding")
     config = problem.config("paper", {"duration_s": 5, "num_platoons": 3})
-    found = undefended_plan(config, quick=True)
-    assert found.policy.startswith("plan?events=[[")
-    assert play_episodes(problem, config, {"attacker": found.policy}, [0])["disbanded_platoons"] == [2]
+    policy, _ = undefended_plan(config, quick=True)
+    assert policy.startswith("plan?events=[[")
+    assert play_episodes(problem, config, {"attacker": policy}, [0])["disbanded_platoons"] == [2]
 
 
 def test_tables_of_the_paper() -> None:
@@ -210,14 +214,14 @@ def test_verdicts(difference: float, word: str) -> None:
 
 
 def test_a_trained_contestant_is_played_anew_when_its_network_changes(tmp_path: Path) -> None:
-    card, setting = tmp_path / "tiny.json", TINY.settings[0]
+    card, table = tmp_path / "tiny.json", TINY.tables[0]
 
     def train(hold: int) -> None:
-        save_tiny(card, "disbanding", "attacker", overrides=dict(setting.venue.overrides), hold=hold)
+        save_tiny(card, "disbanding", "attacker", overrides=dict(table.venue.overrides), hold=hold)
 
     train(hold=1)
     learned = Contestant("learned", policy=f"zoo:{card}")
-    found = replace(TINY, settings=(replace(setting, attackers=(Contestant("none"), learned)),))
+    found = replace(TINY, tables=(replace(table, attackers=(Contestant("none"), learned)),))
     assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 0
     assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 4
     train(hold=2)
@@ -226,27 +230,26 @@ def test_a_trained_contestant_is_played_anew_when_its_network_changes(tmp_path: 
 
 def test_planning_is_counted(tmp_path: Path) -> None:
     search = Contestant("ga", policy="ga?generations=2&population=4")
-    setting = replace(TINY.settings[0], attackers=(search, Contestant("none")), more_episodes={})
-    outcome = run_benchmark(replace(TINY, settings=(setting,), paper=()), Store(tmp_path), workers=1)
-    assert 2 <= outcome.result(("tiny", "ga", "none"))["simulations"] <= 8
-    assert outcome.result(("tiny", "none", "none"))["simulations"] == 0
+    table = replace(TINY.tables[0], attackers=(search, Contestant("none")))
+    outcome = run_benchmark(replace(TINY, tables=(table,), paper=()), Store(tmp_path), workers=1)
+    assert 2 <= outcome.result((0, 0, 0))["simulations"] <= 8
+    assert outcome.result((0, 1, 0))["simulations"] == 0
 
 
 def test_what_is_chosen() -> None:
     every = [find_benchmark(name) for name in PROBLEMS]
 
-    def chosen(choice: BenchmarkChoice) -> dict[str, list[str]]:
-        return {each.problem: [setting.name for setting in each.settings] for each in select(every, choice)}
+    def chosen(**choice: Any) -> dict[str, list[str]]:
+        return {each.problem: [table.name for table in each.tables] for each in select(every, **choice)}
 
-    main, full = chosen(BenchmarkChoice(full=False)), chosen(BenchmarkChoice())
+    main, full = chosen(full=False), chosen()
     assert set(main) == set(full) == set(PROBLEMS)
     assert all(set(main[name]) <= set(full[name]) for name in PROBLEMS)
-    assert sum(map(len, main.values())) < sum(map(len, full.values())) == 27
-    assert chosen(BenchmarkChoice(["tau-0.1"], full=False)) == {"disbanding": ["tau-0.1"]}  # named, so played
-    assert len(chosen(BenchmarkChoice(["tasks"]))["fdi"]) == 9  # settings that share a table
-    assert set(chosen(BenchmarkChoice(defenders=["mtd2"]))) == {"hvac"}
+    assert sum(map(len, main.values())) < sum(map(len, full.values())) == 19
+    assert chosen(tables=["tau-0.1"], full=False) == {"disbanding": ["tau-0.1"]}  # named, so played
+    assert set(chosen(defenders=["mtd2"])) == {"hvac"}
     with pytest.raises(CommandError, match=r"has no table 'task'\. Did you mean 'tasks'"):
-        chosen(BenchmarkChoice(["task"]))
+        chosen(tables=["task"])
 
 
 def test_tables_are_listed() -> None:
@@ -257,8 +260,9 @@ def test_tables_are_listed() -> None:
 
 def test_several_problems_are_played_side_by_side(tmp_path: Path, meetings: Path) -> None:
     pytest.importorskip("matplotlib")
-    few = ["--attacker", "none", "--defender", "none", "--defender", "pd", "--quick", "--jobs", "2"]
-    tables = ["--table", "x4-4", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
+    defenders = ["--defender", "none", "--defender", "pd", "--defender", "x4-4"]
+    few = ["--attacker", "none", *defenders, "--quick", "--jobs", "2"]
+    tables = ["--table", "tasks", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
     result = invoke("reproduce", "benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json")
     assert result.exit_code == 0, result.output
     assert [each["problem"] for each in json.loads(result.stdout)["problems"]] == ["fdi", "hvac", "rogue"]

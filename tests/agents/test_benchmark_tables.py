@@ -8,43 +8,40 @@ from pathlib import Path
 import pytest
 
 from cps_agents.arena.store import Store
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.types import ROLES
+from cps_agents.arena.table import Table
+from cps_envs.core.types import ROLES, Role
 from cps_envs.fdi.optima import known
-from cps_paper.benchmark.report import BenchmarkEntry, every_entry, grids, markdown, tables
-from cps_paper.benchmark.schedule import Setting
-from cps_paper.benchmark.suite import BenchmarkChoice, BenchmarkOutcome, find_benchmark, run_benchmark, select
+from cps_paper.benchmark.report import BenchmarkEntry, entries, every_entry, markdown, tables
+from cps_paper.benchmark.suite import BenchmarkOutcome, find_benchmark, run_benchmark, select
 from cps_paper.printed.tables import verdict
 
 FDI, HVAC, ROGUE = (find_benchmark(name) for name in ("fdi", "hvac", "rogue"))
-TASKS = [setting for setting in FDI.settings if setting.table is not None]
-BEYOND = {  # what the maps of the dissertation show
-    "attacker": {"beam", "contested", "gains", "identify", "probe", "strike", "tuned"},
-    "defender": {"assigned", "box_in", "escort", "guard", "informed", "monitor", "pd_detection", "random"},
+(TASKS,) = (table for table in FDI.tables if table.name == "tasks")
+CHAPTER_5: dict[Role, set[str]] = {
+    "attacker": {"none", "square", "duty_square", "random", "switching"},
+    "defender": {"pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7"},
 }
 
 
-def day(setting: Setting, folder: Path) -> tuple[BenchmarkEntry, BenchmarkOutcome]:
-    """The one meeting of a setting of the HVAC problem."""
-    outcome = run_benchmark(replace(HVAC, settings=(setting,)), Store(folder), workers=1)
+def day(table: Table, folder: Path) -> tuple[BenchmarkEntry, BenchmarkOutcome]:
+    """The one meeting of a table of the HVAC problem."""
+    outcome = run_benchmark(replace(HVAC, tables=(table,)), Store(folder), workers=1)
     (entry,) = every_entry(outcome)
     return entry, outcome
 
 
-def hvac(name: str) -> Setting:
-    return next(setting for setting in HVAC.settings if setting.name == name)
+def hvac(name: str) -> Table:
+    return next(table for table in HVAC.tables if table.name == name)
 
 
 def test_tasks_of_false_data_are_columns_of_one_table(tmp_path: Path) -> None:
-    (part,) = select([FDI], BenchmarkChoice(["x4-4", "x1-1"], ["none", "oracle", "bound"], quick=True))
+    (part,) = select([FDI], attackers=["none", "oracle", "bound"], defenders=["x4-4", "x1-1"], quick=True)
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
-    (grid,) = grids(outcome)
-    assert grid.columns == ["x1>1", "x4>4"]
-    assert grid.axis == "task"
-    assert [heading for heading, _ in grid.rows] == ["none", "oracle", "certified bound"]
-    assert len(tables(outcome)) == 1
+    (sheet,) = tables(outcome)
+    assert sheet.columns == ["attacker", "x1>1", "x4>4"]
+    assert [row[0] for row in sheet.rows] == ["none", "oracle", "certified bound"]
     assert "| attacker | x1>1 | x4>4 |" in markdown(outcome)
-    none, oracle, bound = (row for _, row in grid.rows)
+    none, oracle, bound = entries(outcome, 0)
     assert none[1].text == "0.00\n0%"
     assert oracle[1].text == "6.52\n100%"
     assert bound[1].value >= oracle[1].value
@@ -52,16 +49,18 @@ def test_tasks_of_false_data_are_columns_of_one_table(tmp_path: Path) -> None:
         assert entry.value == pytest.approx(entry.means["oracle_value_mps"], abs=1e-4)
 
 
-def test_every_task_of_the_table_is_feasible_and_a_setting_of_its_own() -> None:
-    names = [setting.name for setting in FDI.settings]
-    assert len(set(names)) == len(names) == len(TASKS) + 1
-    for config in (setting.venue.config for setting in TASKS):
+def test_every_task_of_the_table_is_feasible_and_a_column_of_its_own() -> None:
+    names = [column.name for column in TASKS.defenders]
+    assert len(set(names)) == len(names) == 9
+    for place, column in enumerate(TASKS.defenders):
+        config = TASKS.meeting((0, place)).venue.config
+        assert str(config.fixed_task) == column.title
         assert known(config)[config.fixed_task].feasible
 
 
 @pytest.mark.slow
 def test_no_attacker_exceeds_the_bound(tmp_path: Path) -> None:
-    (part,) = select([FDI], BenchmarkChoice([setting.name for setting in TASKS]))
+    (part,) = select([FDI], tables=[TASKS.name])
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
     for result in (found for (found,) in outcome.played.results.values()):
         metrics = result["metrics"]
@@ -69,8 +68,8 @@ def test_no_attacker_exceeds_the_bound(tmp_path: Path) -> None:
 
 
 def test_every_table_of_hvac_has_the_defender_that_ignores_sensors() -> None:
-    for setting in HVAC.settings:
-        assert "model_only" in [defender.name for defender in setting.defenders], setting.name
+    for table in HVAC.tables:
+        assert "model_only" in [defender.name for defender in table.defenders], table.name
 
 
 def test_the_paper_s_number_of_hvac_is_reproduced(tmp_path: Path) -> None:
@@ -84,24 +83,21 @@ def test_the_paper_s_number_of_hvac_is_reproduced(tmp_path: Path) -> None:
 def test_cells_with_drawn_plants_show_median_and_quartiles(tmp_path: Path) -> None:
     full = hvac("easy")
     few = replace(full, attackers=full.attackers[:1], defenders=full.defenders[2:3], episodes=5)
-    entry, outcome = day(few, tmp_path)
-    found = sorted(outcome.result(("easy", entry.attacker, entry.defender))["metrics"]["a_impact"])
+    entry, _ = day(few, tmp_path)
+    found = sorted(entry.metrics["a_impact"])
     assert entry.text == f"{found[2]:.1f}\n{found[1]:.1f} - {found[3]:.1f}"
 
 
 def test_every_rogue_policy_of_the_paper_takes_part() -> None:
-    named = {role: set(policy_names("rogue", role)) - {*NEED_OPTIONS} - BEYOND[role] for role in ROLES}
-    for setting in ROGUE.settings:
-        attackers = {contestant.reference.partition("?")[0] for contestant in setting.attackers}
-        defenders = {contestant.reference for contestant in setting.defenders}
-        assert attackers == named["attacker"]
-        assert defenders == named["defender"] - {"none"}
+    for table in ROGUE.tables:
+        for role in ROLES:
+            assert {each.reference.partition("?")[0] for each in table.players(role)} == CHAPTER_5[role]
 
 
-@pytest.mark.parametrize("setting", [setting.name for setting in ROGUE.settings])
-def test_a_rogue_meeting_shows_damage_and_tracking(setting: str, tmp_path: Path) -> None:
-    wanted = BenchmarkChoice([setting], ["slow_square"], ["sliding_detection"], quick=True)
-    outcome = run_benchmark(*select([ROGUE], wanted), Store(tmp_path), workers=1, quick=True)
+@pytest.mark.parametrize("table", [table.name for table in ROGUE.tables])
+def test_a_rogue_meeting_shows_damage_and_tracking(table: str, tmp_path: Path) -> None:
+    names = {"tables": [table], "attackers": ["slow_square"], "defenders": ["sliding_detection"]}
+    outcome = run_benchmark(*select([ROGUE], **names, quick=True), Store(tmp_path), workers=1, quick=True)
     (entry,) = every_entry(outcome)
     assert entry.value == entry.means["damage"] > 0
     assert entry.crash

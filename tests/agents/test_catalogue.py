@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from cps_agents.arena.table import Table
 from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
 from cps_agents.declarations import UnreadableError, declaration, missing_package
 from cps_baselines.contest import side_of
@@ -17,11 +18,10 @@ from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry, resolve_policy
 from cps_envs.core.problem import Later, Problem
 from cps_envs.core.types import ROLES, Role
-from cps_paper.benchmark.schedule import Setting
 from cps_paper.benchmark.suite import find_benchmark
 from tests.episodes import spec_of
 
-SETTINGS = [(name, setting) for name in PROBLEMS for setting in find_benchmark(name).settings]
+TABLES = [(name, table) for name in PROBLEMS for table in find_benchmark(name).tables]
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
@@ -136,16 +136,16 @@ def test_everybody_in_a_contest_can_be_built(problem: str, role: Role) -> None:
             resolve_policy(search.policy, spec, **{name: ends[end] for name, ends in search.ranges.items()})
 
 
-@pytest.mark.parametrize(("problem", "setting"), SETTINGS, ids=lambda each: getattr(each, "name", each))
-def test_everybody_in_a_benchmark_can_be_built(problem: str, setting: Setting) -> None:
+@pytest.mark.parametrize(("problem", "table"), TABLES, ids=lambda each: getattr(each, "name", each))
+def test_everybody_in_a_benchmark_can_be_built(problem: str, table: Table) -> None:
     """Trained policies play in `test_benchmark.py`."""
-    game = PROBLEMS[problem].game(setting.venue.config, 1)
-    for role, contestants in (("attacker", setting.attackers), ("defender", setting.defenders)):
+    game = PROBLEMS[problem].game(table.venue.config, 1)
+    for role, contestants in (("attacker", table.attackers), ("defender", table.defenders)):
         for each in contestants:
             if not each.reference.startswith("zoo:"):
                 resolve_policy(each.reference, game.spec(role))
-            assert {setting.metric, each.metric or setting.metric} <= set(game.metrics())
-    assert not setting.reference or setting.reference in game.metrics()
+            assert {table.metric, each.metric or table.metric} <= set(game.metrics())
+    assert not table.per or table.per in game.metrics()
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

@@ -1,4 +1,4 @@
-"""Policies in challenges, and `cps-envs evaluate`."""
+"""Policies against opponents, and `cps-envs evaluate`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_agents.arena.challenge import Challenge, scores
 from cps_agents.arena.statistics import Estimate
+from cps_agents.arena.table import Table, scores
 from cps_agents.evaluation import Standing, is_better, worst_of
 from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
 from cps_baselines.arena import Contestant, Venue
@@ -72,8 +72,10 @@ def test_each_gets_the_form_it_was_trained_with(tmp_path: Path) -> None:
     config = find_problem("fdi").config("paper", {"attacked": "x1", "target": 1})
     assert form_of(f"zoo:{path}", config) == {"attack_action": "share", "tasks": "x1>1"}
     assert form_of("oracle", config) == {}
-    challenge = Challenge(Venue("fdi", "paper", {"attacked": "x1", "target": 1}), "attacker", "none", 2)
-    trained, oracle = (challenge.pairing(Contestant(name)).meetings({}) for name in (f"zoo:{path}", "oracle"))
+    venue = Venue("fdi", "paper", {"attacked": "x1", "target": 1})
+    attackers = [Contestant(f"zoo:{path}"), Contestant("oracle")]
+    table = Table(venue, attackers, [Contestant("none")], 2, judged="attacker")
+    trained, oracle = (table.meetings(pair, {}) for pair in table.pairs)
     assert len(trained) == 2
     assert trained[0].venue.overrides["attack_action"] == "share"
     assert "attack_action" not in oracle[0].venue.overrides
@@ -88,9 +90,10 @@ def test_the_share_of_episodes_in_which_something_happened() -> None:
         scores([{"metrics": {"collided": [0.0]}}], "colided>0")
 
 
-def test_challenges_play_the_evaluation_seeds(tiny: str) -> None:
-    challenge = Challenge(Venue("rogue", "paper", SHORT), "attacker", "pd", 3)
-    found = scores([meeting.run() for meeting in challenge.pairing(Contestant(tiny)).meetings({})], "damage")
+def test_a_judged_table_plays_every_training_seed_on_the_evaluation_seeds(tiny: str) -> None:
+    venue = Venue("rogue", "paper", SHORT)
+    table = Table(venue, [Contestant(tiny)], [Contestant("pd")], 3, judged="attacker")
+    found = scores([meeting.run() for meeting in table.meetings((0, 0), {})], "damage")
     config = find_problem("rogue").config("paper", SHORT)
     players: Any = {"attacker": f"{tiny}?seed=2", "defender": "pd"}
     expected = play_episodes(find_problem("rogue"), config, players, range(3))["damage"]

@@ -62,7 +62,7 @@ def test_a_draft_is_never_written_into(tmp_path: Path, monkeypatch: pytest.Monke
 def league() -> dict[str, Any]:
     equilibrium = {"value": 3.0, "low": 2.0, "high": None}
     config = plain_values(VENUE.config)
-    return {"equilibrium": equilibrium, "config": config, "problem": "rogue", "metric": "return"}
+    return {"equilibrium": equilibrium, "config": config, "problem": "rogue", "metric": "return", "episodes": 3}
 
 
 def iteration() -> dict[str, Any]:
@@ -105,6 +105,7 @@ WRONG: list[tuple[str, tuple[Any, ...], Any]] = [  # kind, place, value
     ("league", ("equilibrium",), 3),
     ("league", ("config",), []),
     ("league", ("problem",), ["rogue"]),
+    ("league", ("episodes",), 0),
     ("iteration", ("responses", "attacker", "found"), []),
     ("iteration", ("responses", "attacker", "found", 0, "seed"), "x"),
     ("iteration", ("responses", "attacker", "found", 0, "reference"), 1),

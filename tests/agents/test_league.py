@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import signal
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,33 +15,38 @@ import pytest
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from cps_agents.arena.challenge import Application, admit, contestants, short_name, usual
+from cps_agents.arena.admission import admit, contestants, short_name, usual, wanted
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
-from cps_agents.league.league import League, LeaguePlan, play_league, standings, strategies
-from cps_agents.league.meetings import Pair, has_played, left_out_for
+from cps_agents.league.league import League, asked, play_league, standings, strategies
+from cps_agents.league.meetings import Clash, has_played, left_out_for
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
+from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Role
 from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 SHORT = {"duration_s": 3.0}
 VENUE = Venue("rogue", "easy", SHORT)
-PAIR = {"attacker": ["square", "none"], "defender": ["pd", "sliding"]}
+PAIR: Mapping[Role, Sequence[str]] = {"attacker": ["square", "none"], "defender": ["pd", "sliding"]}
 
 
-def plan(**changes: Any) -> LeaguePlan:
-    return replace(LeaguePlan(VENUE, PAIR, 2), **changes)
-
-
-def play(folder: Path, wanted: LeaguePlan, workers: int = 1) -> League:
-    return play_league(wanted, Store(folder), workers)
+def play(
+    folder: Path,
+    references: Mapping[Role, Sequence[str]] = PAIR,
+    venue: Venue = VENUE,
+    episodes: int = 2,
+    metric: str = "return",
+) -> League:
+    return play_league(asked(venue, references, episodes, metric), references, Store(folder), 1)
 
 
 def test_the_matrix_is_what_the_pairs_play(tmp_path: Path) -> None:
-    found = play(tmp_path, plan(episodes=3))
+    found = play(tmp_path, episodes=3)
     assert found.payoffs.values.shape == (2, 2, 3)
     problem = find_problem("rogue")
     players: Any = {"attacker": "square", "defender": "sliding"}
@@ -54,13 +59,13 @@ def test_the_matrix_is_what_the_pairs_play(tmp_path: Path) -> None:
 
 
 def test_a_metric_of_ones_own(tmp_path: Path) -> None:
-    found = play(tmp_path, plan(metric="reference_error_m"))
+    found = play(tmp_path, metric="reference_error_m")
     problem = find_problem("rogue")
     players: Any = {"attacker": "square", "defender": "pd"}
     alone = play_episodes(problem, VENUE.config, players, range(2))["reference_error_m"]
     np.testing.assert_array_equal(found.payoffs.values[0, 0], alone)
-    with pytest.raises(CommandError, match=r"no metric 'reference_eror_m'.*Did you mean"):
-        play(tmp_path, plan(metric="reference_eror_m"))
+    with pytest.raises(UnknownNameError, match=r"no metric 'reference_eror_m'.*Did you mean"):
+        play(tmp_path, metric="reference_eror_m")
 
 
 def test_the_usual_policies_take_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,13 +73,13 @@ def test_the_usual_policies_take_part(tmp_path: Path, monkeypatch: pytest.Monkey
     save_tiny(tmp_path / "fdi-tiny.json", "fdi", "attacker")
     for module in ("files", "references"):
         monkeypatch.setattr(f"cps_agents.zoo.{module}.find", lambda name: tmp_path / f"{name}.json")
-    monkeypatch.setattr("cps_agents.arena.challenge.SHIPPED", tmp_path)
-    monkeypatch.setattr("cps_agents.arena.challenge.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
+    monkeypatch.setattr("cps_agents.arena.admission.SHIPPED", tmp_path)
+    monkeypatch.setattr("cps_agents.arena.admission.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
     names = usual(VENUE, "attacker")
     assert {"square", "switching", "zoo:rogue-tiny"} <= set(names)
     assert not {"mixture", "zoo:fdi-tiny"} & set(names)
-    wanted = plan(references={"attacker": ["all", "square?duty=0.3"]}).wanted("attacker")
-    assert wanted == [*names, "square?duty=0.3"]
+    assert wanted(VENUE, "attacker", ["all", "square?duty=0.3"]) == [*names, "square?duty=0.3"]
+    assert wanted(VENUE, "attacker", []) == names
 
 
 def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
@@ -82,7 +87,7 @@ def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
     save_tiny(fits, "fdi", "attacker", overrides={"attack_action": "share"})
     save_tiny(other, "rogue", "attacker")
     venue = Venue("fdi", "paper", {})
-    references = {
+    references: dict[Role, list[str]] = {
         "attacker": [
             f"zoo:{fits}",
             f"zoo:{other}",
@@ -92,37 +97,35 @@ def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
         ],
         "defender": ["none"],
     }
-    found = play(tmp_path / "cells", LeaguePlan(venue, references, 1))
-    reasons = {left.reference: left.reason for left in found.left_out}
+    found = play(tmp_path / "cells", references, venue, 1)
+    reasons = {reference: reason for (_, reference), reason in found.left_out.items()}
     assert set(reasons) == {f"zoo:{other}", "random?chance=1", "tests.agents.players:Constant?value=0.5"}
     assert "trained as attacker of rogue" in reasons[f"zoo:{other}"]
     assert "could not be built" in reasons["random?chance=1"]
     assert "impossible actions" in reasons["tests.agents.players:Constant?value=0.5"]
-    assert found.attackers[0].overrides == {"attack_action": "share"}
+    assert found.table.attackers[0].overrides == {"attack_action": "share"}
 
 
 def test_a_form_that_makes_no_configuration_is_refused(tmp_path: Path) -> None:
     odd, rival = Contestant("odd", "square", overrides={"duration_s": -1.0}), Contestant("pd", "pd")
-    assert "duration_s" in admit(VENUE, Application("attacker", odd)).refusal
-    assert not has_played(VENUE, "attacker", odd, [rival], range(2), Store(tmp_path))
+    assert "duration_s" in admit(VENUE, "attacker", odd).refusal
+    assert not has_played(Table(VENUE, [odd], [rival], 2), "attacker", 0, Store(tmp_path))
 
 
 def test_oracles_have_to_be_asked_for(tmp_path: Path) -> None:
     venue = Venue("disbanding", "paper", {"duration_s": 5, "num_platoons": 2})
-    references = {"attacker": ["all"], "defender": ["none"]}
-    wanted = LeaguePlan(venue, references, 1)
-    without = play(tmp_path, wanted)
-    assert [left.reference for left in without.left_out if "oracle" in left.reason] == ["ga"]
-    assert "ga" not in [player.name for player in without.attackers]
-    named = replace(wanted, references={"attacker": ["ga?population=4&generations=1", "none"], "defender": ["none"]})
-    assert len(play(tmp_path, named).attackers) == 2
+    without = play(tmp_path, {"attacker": ["all"], "defender": ["none"]}, venue, 1)
+    assert [member for member, reason in without.left_out.items() if "oracle" in reason] == [("attacker", "ga")]
+    assert "ga" not in [player.name for player in without.table.attackers]
+    named = ["ga?population=4&generations=1", "none"]
+    assert len(play(tmp_path, {"attacker": named, "defender": ["none"]}, venue, 1).table.attackers) == 2
 
 
 def test_a_mistyped_name_is_an_error_and_so_is_nobody(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match=r"attacker 'sqare'.*Did you mean 'square'"):
-        play(tmp_path, plan(references={**PAIR, "attacker": ["sqare"]}))
+        play(tmp_path, {**PAIR, "attacker": ["sqare"]})
     with pytest.raises(CommandError, match=r"no attacker can play this configuration\. square\?duty=7: a square wave"):
-        play(tmp_path, plan(references={**PAIR, "attacker": ["square?duty=7"]}))
+        play(tmp_path, {**PAIR, "attacker": ["square?duty=7"]})
 
 
 def test_an_interrupted_league_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -137,28 +140,28 @@ def test_an_interrupted_league_goes_on(tmp_path: Path, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(Meeting, "run", run)
     with pytest.raises(KeyboardInterrupt):
-        play(tmp_path, plan())
+        play(tmp_path)
     assert len(list(tmp_path.glob("*.json"))) == 3
     monkeypatch.setattr(Meeting, "run", whole)
-    resumed = play(tmp_path, plan())
+    resumed = play(tmp_path)
     assert resumed.payoffs.reused == 3
-    fresh = play(tmp_path / "fresh", plan())
+    fresh = play(tmp_path / "fresh")
     np.testing.assert_array_equal(resumed.payoffs.values, fresh.payoffs.values)
-    assert play(tmp_path, plan()).payoffs.reused == 4
+    assert play(tmp_path).payoffs.reused == 4
 
 
 def test_another_network_is_played_again(tmp_path: Path) -> None:
     card = tmp_path / "tiny.json"
     save_tiny(card, "rogue", "attacker")
-    wanted = plan(references={"attacker": [f"zoo:{card}", "none"], "defender": ["pd"]})
-    play(tmp_path / "cells", wanted)
-    assert play(tmp_path / "cells", wanted).payoffs.reused == 2
+    references: dict[Role, list[str]] = {"attacker": [f"zoo:{card}", "none"], "defender": ["pd"]}
+    play(tmp_path / "cells", references)
+    assert play(tmp_path / "cells", references).payoffs.reused == 2
     save_tiny(card, "rogue", "attacker", best=1)
-    assert play(tmp_path / "cells", wanted).payoffs.reused == 1
+    assert play(tmp_path / "cells", references).payoffs.reused == 1
 
 
 def test_standings_tell_best_opponents_and_what_is_dominated(tmp_path: Path) -> None:
-    found = play(tmp_path, plan())
+    found = play(tmp_path)
     object.__setattr__(found.payoffs, "values", np.array([[3.0, 1.0], [0.0, 0.0]])[:, :, None])
     square, none = standings(found, "attacker")
     assert (square.probability, square.best_opponent, square.payoff.mean) == (1.0, "sliding", 1.0)
@@ -211,26 +214,26 @@ def test_a_trained_policy_whose_form_the_preset_refuses_is_left_out(tmp_path: Pa
     tiny = f"zoo:{tmp_path / 'tiny.json'}"
     form = {"attack_action": "share", "mask": "look_ahead"}
     save_tiny(tmp_path / "tiny.json", "fdi", "attacker", preset="easy", overrides=form)
-    plan = LeaguePlan(Venue("fdi", "learning"), {"attacker": [tiny, "none"], "defender": ["none"]}, 1)
-    found = play_league(plan, Store(tmp_path), 1)
-    assert [each.reference for each in found.left_out] == [tiny]
-    assert "gain_spread above 0 needs" in found.left_out[0].reason
+    references: dict[Role, list[str]] = {"attacker": [tiny, "none"], "defender": ["none"]}
+    found = play(tmp_path / "cells", references, Venue("fdi", "learning"), 1)
+    assert list(found.left_out) == [("attacker", tiny)]
+    assert "gain_spread above 0 needs" in found.left_out["attacker", tiny]
 
 
 def test_who_cannot_meet_the_others_is_left_out(tmp_path: Path) -> None:
     tiny = tmp_path / "tiny.json"
     save_tiny(tiny, "hvac", "defender", preset="learning", overrides={"kalman_filters": False})
-    named = {"attacker": ["listener", "none"], "defender": ["none", f"zoo:{tiny}"]}
+    named: dict[Role, list[str]] = {"attacker": ["listener", "none"], "defender": ["none", f"zoo:{tiny}"]}
     venue = Venue("hvac", "learning", {"num_steps": 300, "onset_step": 210})
-    found = play(tmp_path / "cells", LeaguePlan(venue, named, 1))
-    (left,) = found.left_out
-    assert (left.role, left.reference) == ("attacker", "listener")
-    assert left.reason.startswith(f"it cannot meet zoo:{tiny}: no Kalman filters")
+    found = play(tmp_path / "cells", named, venue, 1)
+    ((left, reason),) = found.left_out.items()
+    assert left == ("attacker", "listener")
+    assert reason.startswith(f"it cannot meet zoo:{tiny}: no Kalman filters")
     assert found.payoffs.values.shape == (1, 2, 1)
 
 
 def test_who_clashes_most_is_left_out_first_and_named_ones_last() -> None:
-    def pair(attacker: str, defender: str) -> Pair:
+    def pair(attacker: str, defender: str) -> Clash:
         return ("attacker", attacker), ("defender", defender)
 
     many = {pair("a", "x"): "1", pair("a", "y"): "2", pair("b", "y"): "3", pair("c", "y"): "4"}

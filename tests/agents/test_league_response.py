@@ -17,8 +17,8 @@ pytest.importorskip("scipy")
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
-from cps_agents.league.exploitability import LeagueValue, gain_over, judge, league_value, line_up_known
-from cps_agents.league.league import LeaguePlan, play_league
+from cps_agents.league.exploitability import gain_over, judge, league_value, line_up_known
+from cps_agents.league.league import asked, play_league
 from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue, usual_recipe
 from cps_agents.league.report import document
 from cps_agents.league.response import Budget, Question, Response, Responses, against, limited, respond
@@ -58,8 +58,8 @@ def answered(*references: str) -> Responses:
 def test_validation_chooses_the_best_of_all_and_fresh_episodes_judge_it(role: Role, tmp_path: Path) -> None:
     mine, theirs = (["square", "switching"], ["pd", "sliding"])[:: 1 if role == "attacker" else -1]
     question = Question(role, mix(theirs, [1, 3]), VENUE, episodes=4)
-    present = line_up_known(question, mine, Store(tmp_path), 1)
-    found = judge(question, present, answered(mine[0], "none"), Store(tmp_path), 1, silent)
+    present, left_out = line_up_known(question, mine, Store(tmp_path), 1)
+    found = judge(question, present, left_out, answered(mine[0], "none"), Store(tmp_path), 1, silent)
     sign = 1 if role == "attacker" else -1
 
     def expected(name: str, start: int) -> Any:
@@ -176,9 +176,8 @@ def test_a_search_goes_on_where_a_candidate_cannot_play() -> None:
 
 
 def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
-    found = play_league(
-        LeaguePlan(VENUE, {"attacker": ["square"], "defender": ["pd"]}, 3), Store(tmp_path / "cells"), 1
-    )
+    references: dict[Role, list[str]] = {"attacker": ["square"], "defender": ["pd"]}
+    found = play_league(asked(VENUE, references, 3), references, Store(tmp_path / "cells"), 1)
     path = tmp_path / "league.json"
     path.write_text(json.dumps(document(found, {}, 0.0)))
     value = league_value(path, VENUE)
@@ -191,9 +190,9 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="play the league first"):
         league_value(tmp_path / "none.json", VENUE)
     response = Estimate(5.0, 4.0, 7.0, 1, 3)
-    assert gain_over(LeagueValue(2.0, 1.0, 3.0), response, "attacker") == Estimate(3.0, 1.0, 6.0, 1, 3)
-    assert gain_over(LeagueValue(9.0, 8.0, 9.5), response, "defender") == Estimate(4.0, 1.0, 5.5, 1, 3)
-    assert gain_over(LeagueValue(9.0, None, None), response, "defender").low is None
+    assert gain_over(Estimate(2.0, 1.0, 3.0, 1, 3), response, "attacker") == Estimate(3.0, 1.0, 6.0, 1, 3)
+    assert gain_over(Estimate(9.0, 8.0, 9.5, 1, 3), response, "defender") == Estimate(4.0, 1.0, 5.5, 1, 3)
+    assert gain_over(Estimate(9.0, None, None, 1, 3), response, "defender").low is None
 
 
 TINY = (

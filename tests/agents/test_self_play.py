@@ -17,19 +17,21 @@ pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
 from cps_agents.league import self_play
 from cps_agents.league.bounds import LeagueOutcome, judge, shares
 from cps_agents.league.equilibrium import solve
-from cps_agents.league.meetings import play_meetings
+from cps_agents.league.meetings import play_table
 from cps_agents.league.oracles import Oracle
 from cps_agents.league.response import Budget, Question, Response, Responses
-from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate, play_validation
+from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate, play_pool
 from cps_agents.league.self_play_report import document, draw
 from cps_agents.league.strategy import mix, strategy_of
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import DamagedFileError
+from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import ROLES, SIGN, Role
 from tests.agents import command_line
 
@@ -62,7 +64,8 @@ def exact(cells: Path) -> Respond:
         sides = (mine, theirs) if question.role == "attacker" else (theirs, mine)
         seeds = range(1_000_000, 1_000_000 + GAME.episodes)
         with Workers(1) as pool:
-            found = play_meetings(VENUE, *sides, seeds, store=Store(cells), pool=pool).means
+            table = Table(VENUE, *sides, len(seeds), first_seed=seeds.start)
+            found = play_table(table, Store(cells), pool).means
         means = (found if question.role == "attacker" else found.T) @ np.array(question.strategy.probabilities)
         best = int((SIGN[question.role] * means).argmax())
         return Responses((Response("exact", budget.first_seed, mine[best].reference, 10, 0.5, float(means[best])),))
@@ -91,7 +94,7 @@ def _oracle(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monkey
 def test_exact_responses_reach_the_equilibrium_of_the_whole_game(tmp_path: Path, oracle: Respond) -> None:
     outcome = run(tmp_path, 6)
     everybody = {role: players(EVERY[role]) for role in ROLES}
-    whole = play_validation(GAME, everybody, Store(tmp_path / "meetings"), 1).means
+    whole = play_pool(GAME, everybody, VALIDATION, Store(tmp_path / "meetings"), 1).means
     attacking, defending = (shares(outcome.final[role], everybody[role]) for role in ROLES)
     value = solve(whole).value
     assert (whole @ defending).max() == pytest.approx(value, abs=1e-4 * np.ptp(whole))
@@ -107,7 +110,7 @@ def test_bounds_are_those_of_the_evaluation_seeds(tmp_path: Path, oracle: Respon
     first = outcome.bounds[0]
     with Workers(1) as pool:
         sides = (outcome.pool["attacker"], outcome.pool["defender"])
-        matrix = play_meetings(VENUE, *sides, range(GAME.episodes), store=Store(tmp_path / "meetings"), pool=pool).means
+        matrix = play_table(Table(VENUE, *sides, GAME.episodes), Store(tmp_path / "meetings"), pool).means
     names = {role: [player.name for player in outcome.pool[role]] for role in ROLES}
     row, column = names["attacker"].index(first.best_attacker), names["defender"].index(first.best_defender)
     assert first.conceded.mean == pytest.approx(matrix[row, 0])

@@ -68,12 +68,13 @@ TANKS = (Tank("a", 2.5), Tank("a", None), Tank("b", 1.0))
 
 def test_a_table_has_text_lines_and_sheets() -> None:
     table = ExhibitTable("Tanks", COLUMNS, TANKS, grouped=1, footer=("paper", "3 m", ""))
-    assert table.headings == ["", "level", "both"]
-    assert table.rows[:2] == [("a", "2.5 m", "1/2"), ("a", "-", "1/2")]
-    assert table.rows[-1] == ("paper", "3 m", "")
-    assert table.breaks == [1, 2]
-    assert table.csv.splitlines() == [",level,both", "a,2.5 m,1/2", "a,-,1/2", "b,1.0 m,1/2", "paper,3 m,"]
-    assert ExhibitTable("", places("x", "y"), [("1", "2")]).rows == [("1", "2")]
+    sheet = table.sheet
+    assert sheet.columns == ["", "level", "both"]
+    assert sheet.rows[:2] == [("a", "2.5 m", "1/2"), ("a", "-", "1/2")]
+    assert sheet.rows[-1] == ("paper", "3 m", "")
+    assert sheet.breaks == [1, 2]
+    assert sheet.csv.splitlines() == [",level,both", "a,2.5 m,1/2", "a,-,1/2", "b,1.0 m,1/2", "paper,3 m,"]
+    assert ExhibitTable("", places("x", "y"), [("1", "2")]).sheet.rows == [("1", "2")]
 
 
 def chapter_of(*exhibits: Exhibit[Evidence]) -> Chapter[Evidence]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cps_agents.table import plain
+from cps_agents.sheet import plain
 from tools import counting
 from tools.census import Figure, figures
 from tools.counting import calls_of, classes_of, files_at, inner_imports, listed_below, toctrees, words_of

@@ -17,7 +17,7 @@ from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.machine import describe
 from cps_agents.progress import Progress
-from cps_agents.table import Table, styled
+from cps_agents.sheet import Sheet, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near, require
 from tools.bench.before import BEFORE
@@ -158,7 +158,7 @@ def _targets(targets: Sequence[Any]) -> object:
         )
         for target in targets
     ]
-    return Table("Targets", ("", "wanted", "measured", ""), rows)
+    return Sheet("Targets", ("", "wanted", "measured", ""), rows)
 
 
 if __name__ == "__main__":

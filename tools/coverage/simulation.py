@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.statistics import LEVEL
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_baselines.workers import Workers
 from tools.coverage.cases import Case, Coverage, Outcome
 
@@ -119,16 +119,16 @@ def markdown(found: Sequence[Coverage], effort: Effort, machine: Mapping[str, An
     made += f"{effort.resamples:,} bootstrap resamples, where evaluations take 4,000."
     lines = [HEAD, made, ""]
     for group, cases in groupby(found, key=lambda each: each.group):
-        lines += [f"## {group.capitalize()}", "", *Table("", COLUMNS, list(map(_cells, cases))).markdown(), ""]
+        lines += [f"## {group.capitalize()}", "", *Sheet("", COLUMNS, list(map(_cells, cases))).markdown(), ""]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
-def tables(found: Sequence[Coverage]) -> Iterator[Table]:
+def tables(found: Sequence[Coverage]) -> Iterator[Sheet]:
     """One for each group."""
     for group, cases in groupby(found, key=lambda each: each.group):
         rows = list(cases)
         notes = [f"{each.title}: {each.note}." for each in rows if each.note]
-        yield Table(group, COLUMNS[:-1], [_cells(each)[:-1] for each in rows], caption=notes)
+        yield Sheet(group, COLUMNS[:-1], [_cells(each)[:-1] for each in rows], caption=notes)
 
 
 def _cells(each: Coverage) -> list[str]:

@@ -16,7 +16,7 @@ from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
 from cps_agents.files import alone_at, write_json
 from cps_agents.progress import Progress
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_baselines.rogue.switching import SIZE
 from cps_envs.core.documents import read_entry
 from tools.command import run
@@ -117,7 +117,7 @@ def _show(game: FixedGame, found: dict[str, Any]) -> None:
         [str(number), *(f"{each[name]:.1f}" for name in ("value", "response", "least"))]
         for number, each in enumerate(found["rounds"], 1)
     ]
-    out().print(Table(title, ("round", "value", "next response", "best single defender"), rows))
+    out().print(Sheet(title, ("round", "value", "next response", "best single defender"), rows))
     shares = ", ".join(f"{name} {share:.0%}" for name, share in found["defender"].items())
     value = found["value"]
     ends = f"95 % interval {value['low']:.1f} to {value['high']:.1f}"

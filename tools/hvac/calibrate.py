@@ -11,7 +11,7 @@ from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.files import write_json
 from cps_agents.progress import Progress
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_baselines.hvac.calibrated import (
     DEFENDER,
     MARGIN,
@@ -104,7 +104,7 @@ def _print(found: list[tuple[Level, Calibration]], seeds: range) -> None:
     ]
     title = f"eps of MTD2 from {len(seeds)} attack-free days, seeds {seeds[0]} to {seeds[-1]}"
     console = out()
-    console.print(Table(title, columns, rows))
+    console.print(Sheet(title, columns, rows))
     console.print(
         "rejects all: steps with a full window in which no set passes the eps that the configuration has now."
     )

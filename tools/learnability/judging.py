@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from cps_agents.arena.challenge import Challenge, able, usual
+from cps_agents.arena.admission import able, usual
 from cps_agents.arena.constants import constants_of, native_constants
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
-from cps_agents.evaluation import Comparison, Standing, compare, is_better
-from cps_agents.table import Table
+from cps_agents.evaluation import Standing, compare, is_better
+from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import read_card
 from cps_agents.zoo.files import find
 from cps_agents.zoo.references import PREFIX, SB3, is_missing
-from cps_baselines.arena import Venue
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.contest import side_of
 from cps_envs import PROBLEMS
 from cps_envs.core.problem import Problem
@@ -137,10 +138,12 @@ def judge(
         TRAINED: [each for each in names if each.startswith(PREFIX)],
         TOLD: told(problem, role) if rivals else [],
     }
-    challenge = Challenge(venue, role, rival, episodes or EPISODES.get(problem.name, 100))
     others = ["none", "random", learned.start, *(each for group in groups.values() for each in group)]
-    comparison = Comparison([challenge], [learned.models], list(dict.fromkeys(others)), "return")
-    standings, _ = compare(comparison, store, workers, report)
+    sides = {role: [Contestant(learned.models)], other(role): [Contestant(rival)]}
+    bars = list(map(Contestant, dict.fromkeys(others)))
+    count = episodes or EPISODES.get(problem.name, 100)
+    table = Table(venue, sides["attacker"], sides["defender"], count, judged=role, bars=bars)
+    standings, _ = compare(table, store, workers, report)
     by_name = {each.policy: each for each in standings}
     rows = {"none": by_name["none"], "random": by_name["random"], UNTRAINED: by_name[learned.start]}
     for group, members in groups.items():
@@ -170,7 +173,7 @@ def _best(standings: Sequence[Standing], role: Role) -> Standing:
 COLUMNS = ("none", "random", UNTRAINED, CONSTANTS, ANALYTIC, TRAINED, TOLD)
 
 
-def table(found: Sequence[Reached], title: str) -> Table:
+def table(found: Sequence[Reached], title: str) -> Sheet:
     """What the attacker is paid, role by role; a star marks what the learned policies surely beat."""
     rows = [
         [
@@ -187,7 +190,7 @@ def table(found: Sequence[Reached], title: str) -> Table:
         "* the learned policies are better, in pairs on the same episodes: the interval of the difference excludes 0.",
         "Not beaten: controllers and other trained policies for which that cannot be said.",
     )
-    return Table(title, ("role", "learned", *COLUMNS, "not beaten"), rows, caption=caption)
+    return Sheet(title, ("role", "learned", *COLUMNS, "not beaten"), rows, caption=caption)
 
 
 def _cell(reached: Reached, column: str) -> str:

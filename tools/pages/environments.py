@@ -12,7 +12,7 @@ import gymnasium
 from gymnasium.envs.registration import load_env_creator
 
 from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_envs import PROBLEMS
 from cps_envs.core.config import parameter_table
 from cps_envs.core.problem import Problem
@@ -165,7 +165,7 @@ def _settings(training: Training) -> str:
     usual = Training()
     found = [entry.name for entry in fields(training) if getattr(training, entry.name) != getattr(usual, entry.name)]
     rows = [(f"`{name}`", f"`{getattr(training, name)}`") for name in found]
-    return "\n".join(Table("", ("Setting", "Value"), rows).markdown())
+    return "\n".join(Sheet("", ("Setting", "Value"), rows).markdown())
 
 
 def _presets(problem: Problem) -> str:
@@ -185,4 +185,4 @@ def _policies(entries: list[PolicyEntry]) -> str:
         (f"`{each.name}`", each.summary or f"needs {each.missing}", ", ".join(each.privileged) or "-")
         for each in entries
     ]
-    return "\n".join(Table("", ("Name", "What it does", "Knows beyond what it observes"), rows).markdown())
+    return "\n".join(Sheet("", ("Name", "What it does", "Knows beyond what it observes"), rows).markdown())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from cps_agents.scoring.board import BoardEntry, agreement, board, table
 from cps_agents.scoring.frozen import Frozen, is_frozen, read_frozen
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_baselines.tracks import CHALLENGE, tracks
 from cps_envs.registration import find_problem
 
@@ -60,11 +60,11 @@ def _short(reference: str) -> str:
     return f"`{reference}`" if len(reference) <= LONGEST else f"`{name}`, {count} numbers"
 
 
-def _panel(frozen: Frozen) -> Table:
+def _panel(frozen: Frozen) -> Sheet:
     """The opponents of a track."""
     track = frozen.track
     cells = [
         [rival.name, _short(rival.policy), f"{share:.0%}", f"{paid.mean():.3g}", _short(rival.answer)]
         for rival, share, paid in zip(track.panel, track.shares, frozen.pays["test"], strict=True)
     ]
-    return Table("", ("opponent", "policy", "weight", "best answer is paid", "best answer"), cells)
+    return Sheet("", ("opponent", "policy", "weight", "best answer is paid", "best answer"), cells)

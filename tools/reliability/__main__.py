@@ -12,7 +12,7 @@ from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in
 from cps_agents.progress import Progress
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_envs.core.errors import near
 from tools.command import run
 from tools.reliability.chunk import PARTS, ROOT, find_part
@@ -84,7 +84,7 @@ def _table(found: Findings) -> Any:
     columns = found.part.columns
     rows = [(name, *(f"{row.get(key, 0):,.0f}" for key in columns)) for name, row in found.rows.items()]
     title = f"{found.part.title}: {len(found.results)} of {found.chunks} pieces"
-    return Table(title, ("", *columns.values()), [*rows, _sums(found)] if len(rows) > 1 else rows)
+    return Sheet(title, ("", *columns.values()), [*rows, _sums(found)] if len(rows) > 1 else rows)
 
 
 def _sums(found: Findings) -> tuple[str, ...]:

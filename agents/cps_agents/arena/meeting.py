@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, cast
 
 from cps_agents.arena.sources import sources_of
 from cps_agents.errors import CommandError, explain
-from cps_agents.zoo.references import form_of
+from cps_agents.zoo.references import form_fields, form_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.documents import Entry
 from cps_envs.registration import find_problem
@@ -77,7 +77,8 @@ class Preparation(InVenue):
     def run(self) -> Result:
         """`policy`, the reference to play with, and `note`."""
         module, _, attribute = self.function.partition(":")
-        return asdict(getattr(import_module(module), attribute)(self.venue.config, self.quick))
+        policy, note = getattr(import_module(module), attribute)(self.venue.config, self.quick)
+        return {"policy": policy, "note": note}
 
     def check(self, result: Entry) -> None:
         """A reference and a note."""
@@ -138,12 +139,12 @@ def make_meeting(
     venue: Venue, attacker: Contestant, defender: Contestant, episodes: int, first_seed: int = 0, label: str = ""
 ) -> Meeting:
     """The meeting of two contestants, in the observation and action forms that trained policies know."""
-    own = {**venue.overrides, **attacker.overrides, **defender.overrides}
-    config = venue.config
+    own, forms = {**attacker.overrides, **defender.overrides}, form_fields(venue.problem)
+    config = venue.changed({name: value for name, value in own.items() if name not in forms}).config
     for each in (attacker, defender):
         own |= form_of(each.reference, config)
     return Meeting(
-        venue=Venue(venue.problem, venue.preset, own),
+        venue=venue.changed(own),
         attacker=attacker.reference,
         defender=defender.reference,
         episodes=episodes,

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from cps_agents.bench.measuring import Findings
 from cps_agents.bench.row import Row
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 
 Cell: TypeAlias = Callable[[Row], str]
 Columns: TypeAlias = Mapping[str, tuple[str, tuple[tuple[str, Cell], ...]]]  # part -> title, columns
@@ -44,7 +44,7 @@ def tables(rows: Sequence[Row], columns_of: Columns = OWN) -> list[object]:
     for part, (title, columns) in columns_of.items():
         for group, own in _groups([row for row in rows if row.part == part]).items():
             cells = [(_label(row, group), *(cell(row) for _, cell in columns)) for row in own if row.values]
-            found.append(Table(f"{title}{group and f', {group}'}", ("", *(name for name, _ in columns)), cells))
+            found.append(Sheet(f"{title}{group and f', {group}'}", ("", *(name for name, _ in columns)), cells))
             found += [f"{row.name}: {row.note}" for row in own if not row.values]
     return found
 

@@ -36,7 +36,7 @@ from cps_agents.league.venues import venue_against
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.recipes.finding import usual_recipe
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_envs import find_problem
 from cps_envs.core.types import Role, other
 
@@ -88,11 +88,11 @@ def best_response(
     value = None if league is None else league_value(league, question.venue)
     store = Store(meetings, fresh=fresh)
     with alone_in(folder):
-        present = line_up_known(question, known or ["all"], store, spent.workers)
-        question = replace(question, known=tuple(each.reference for each in present.known))
+        present, left_out = line_up_known(question, known or ["all"], store, spent.workers)
+        question = replace(question, known=tuple(each.reference for each in present.players(mine)))
         responses = respond(oracles, question, folder, spent, store, "response", _note)
         with Progress("pairs", 1) as progress:
-            judgement = judge(question, present, responses, store, spent.workers, progress.report)
+            judgement = judge(question, present, left_out, responses, store, spent.workers, progress.report)
         over_value = None if value is None else gain_over(value, judgement.response_pay, question.role)
         content = _document(question, oracles, responses, judgement, over_value) | describe()
         write_json(folder / "best-response.json", content)
@@ -177,7 +177,7 @@ def _show(question: Question, responses: Responses, judgement: Judgement, over_v
     ]
     unit = find_problem(question.venue.problem).unit or "return"
     title = f"{question.venue.problem}: what the attacker is paid, {unit}; opponent: {question.strategy.reference}"
-    console.print(Table(title, (question.role, "pay, all", "pay, fresh episodes", "found in, CPU s"), rows))
+    console.print(Sheet(title, (question.role, "pay, all", "pay, fresh episodes", "found in, CPU s"), rows))
     console.print(_verdict(f"the best policy known before, {judgement.known},", judgement.gain), markup=False)
     if over_value is not None:
         console.print(_verdict("the value of the league's game", over_value), markup=False)

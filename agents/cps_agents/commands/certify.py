@@ -21,7 +21,7 @@ from cps_agents.evaluation import plain_values, stored_episodes
 from cps_agents.files import alone_at, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_baselines.fdi.cross import Extra
 from cps_baselines.fdi.sweep import Certificate, certify_all, open_tasks, paper_tasks, sweep
 from cps_envs.core.documents import read_entry
@@ -162,7 +162,7 @@ def _show(config: FdiConfig, records: list[Record]) -> None:
     rows = [_cells(record) for record in records]
     title = f"Impact speed in m/s, {config.num_vehicles} vehicles, {config.horizon} steps of {config.dt_s:g} s"
     console = out()
-    console.print(Table(title, columns, rows, left=2))
+    console.print(Sheet(title, columns, rows, left=2))
     reachable = sum(record.lp_mps is not None for record in records)
     found, closed = (sum(getattr(record, name) for record in records) for name in ("feasible", "closed"))
     console.print(
@@ -231,4 +231,4 @@ def _show_episodes(config: FdiConfig, rows: Iterable[tuple[str, Any]]) -> None:
         for seed, row in rows
     ]
     title = f"Impact speed in m/s without a defender, episodes of up to {config.horizon} steps of {config.dt_s:g} s"
-    out().print(Table(title, columns, cells, left=2))
+    out().print(Sheet(title, columns, cells, left=2))

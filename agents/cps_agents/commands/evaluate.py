@@ -9,9 +9,10 @@ from typing import Annotated
 
 import typer
 
-from cps_agents.arena.challenge import ALL, Challenge, able, usual
+from cps_agents.arena.admission import ALL, able, usual
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import RETURN, Table
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
@@ -27,11 +28,11 @@ from cps_agents.commands.options import (
 )
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError, built_by_user
-from cps_agents.evaluation import Comparison, Standing, certified_metrics, compare, is_better
+from cps_agents.evaluation import Known, Standing, certified_metrics, compare, is_better
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
-from cps_agents.table import Cell, Table, styled
-from cps_baselines.arena import Venue
+from cps_agents.sheet import Cell, Sheet, styled
+from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import near
 from cps_envs.core.types import Role, other
@@ -84,63 +85,67 @@ def evaluate(
     venue = Venue(problem, preset, values)
     if first_seed + episodes > MOST:
         raise CommandError(f"seeds up to {first_seed + episodes - 1} are asked for: evaluations end at {MOST - 1:,}")
-    challenges = [Challenge(venue, known, name, episodes, first_seed) for name in dict.fromkeys(opponents)]
-    comparison = Comparison(challenges, policy, _baselines(venue, known, baseline or []), metric, per)
-    if certified is not None:
-        comparison = _with_certificates(comparison, certified)
-    standings = _compare(comparison, Store(meetings, fresh=fresh), jobs or available_cores())
+    sides = {known: _named(policy), other(known): _named(opponents)}
+    bars = _named(_baselines(venue, known, baseline or []))
+    table = Table(
+        venue, sides["attacker"], sides["defender"], episodes, metric, per, first_seed, judged=known, bars=bars
+    )
+    table, certificates = (table, None) if certified is None else _with_certificates(table, certified)
+    standings = _compare(table, certificates, Store(meetings, fresh=fresh), jobs or available_cores())
     if as_json:
         heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values)}
         played = {"episodes": episodes, "first_seed": first_seed}
-        measured = {"metric": metric, "per": comparison.per}
+        measured = {"metric": metric, "per": table.per}
         print_json({**describe(), **heading, **played, **measured, "standings": [each.to_json() for each in standings]})
         return
-    for challenge in challenges:
-        _print(comparison, known, [each for each in standings if each.opponent == challenge.opponent])
+    for rival in table.players(other(known)):
+        _print(table, known, [each for each in standings if each.opponent == rival.name])
+
+
+def _named(references: Sequence[str]) -> list[Contestant]:
+    return [Contestant(reference) for reference in dict.fromkeys(references)]
 
 
 def _baselines(venue: Venue, role: Role, names: Sequence[str]) -> list[str]:
     """The names, with `all` in full."""
     every = [each.reference for each in able(venue, role, usual(venue, role))] if ALL in names else []
-    return list(dict.fromkeys(each for name in names for each in (every if name == ALL else [name])))
+    return [each for name in names for each in (every if name == ALL else [name])]
 
 
-def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
-    """The comparison with what a file of `cps-envs certify --episodes` knows of its episodes.
+def _with_certificates(table: Table, path: Path) -> tuple[Table, Known]:
+    """The table as shares, and what a file of `cps-envs certify --episodes` knows of its episodes.
 
     Raises:
         CommandError: there is a defender, whom the certificates do not know, or the file does not fit.
     """
-    first = comparison.challenges[0]
-    opponents = (each.opponent for each in comparison.challenges)
-    if (first.venue.problem, first.role, *opponents) != ("fdi", "attacker", "none"):
+    opponents = (each.name for each in table.defenders)
+    if (table.venue.problem, table.judged, *opponents) != ("fdi", "attacker", "none"):
         raise CommandError("--certified is about attackers of fdi without a defender: name the opponent none")
-    known = certified_metrics(path, first.config, first.episodes)
+    known = certified_metrics(path, table.venue.config, table.episodes)
     found, proved = ((known[name] > 0).sum() for name in ("oracle_value_mps", "optimum_proved"))
-    err().print(f"{first.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
-    return replace(comparison, per=comparison.per or "oracle_bound_mps", known=known)
+    err().print(f"{table.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
+    return replace(table, per=table.per or "oracle_bound_mps"), known
 
 
-def _compare(comparison: Comparison, store: Store, workers: int) -> list[Standing]:
+def _compare(table: Table, known: Known | None, store: Store, workers: int) -> list[Standing]:
     with built_by_user():
-        _check(comparison)
+        _check(table)
         with Progress("policies against opponents", 1) as progress:
-            standings, reused = compare(comparison, store, workers, progress.report)
+            standings, reused = compare(table, store, workers, progress.report, known)
     conclude([], reused)
     return standings
 
 
-def _check(comparison: Comparison) -> None:
+def _check(table: Table) -> None:
     """Refuse a metric that does not exist before anything is played."""
-    first = comparison.challenges[0]
-    metrics = ["return", *find_problem(first.venue.problem).game(first.config, 1).metrics()]
-    for name in (comparison.metric, *([comparison.per] if comparison.per else [])):
+    metrics = [RETURN, *find_problem(table.venue.problem).game(table.venue.config, 1).metrics()]
+    for name in filter(None, (table.metric, table.per)):
         if name not in metrics:
-            raise CommandError(f"{first.venue.problem} has no metric {name!r}. {near(name, metrics)}")
+            raise CommandError(f"{table.venue.problem} has no metric {name!r}. {near(name, metrics)}")
 
 
-def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> None:
-    opponent = standings[0].opponent
+def _print(table: Table, role: Role, standings: list[Standing]) -> None:
+    opponent, bars = standings[0].opponent, [each.name for each in table.bars]
     rows = [
         [
             styled("(baseline)", "dim", f"{each.policy} ") if each.is_baseline else each.policy,
@@ -149,11 +154,11 @@ def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> Non
             _interval(each.mean),
             _worst(each),
             f"{each.iqm.mean:.4g}",
-            *(_difference(each, name, role) for name in comparison.baselines),
+            *(_difference(each, name, role) for name in bars),
         ]
         for each in standings
     ]
-    measured = f"{comparison.metric} / {comparison.per}" if comparison.per else comparison.metric
+    measured = f"{table.metric} / {table.per}" if table.per else table.metric
     cautions = {name: text for each in standings for name, text in each.cautions.items()}
     columns = (
         "policy",
@@ -162,14 +167,14 @@ def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> Non
         "95 % interval",
         "worst seed",
         "IQM",
-        *(f"minus {name}{MARK if name in cautions else ''}" for name in comparison.baselines),
+        *(f"minus {name}{MARK if name in cautions else ''}" for name in bars),
     )
-    out().print(Table(f"{role} against {opponent}: {measured}", columns, rows))
+    out().print(Sheet(f"{role} against {opponent}: {measured}", columns, rows))
     for name, text in cautions.items():
         out().print(f"{MARK} {name}: {text}.", markup=False, soft_wrap=True)
     if any(each.hides_its_worst for each in standings):
         out().print(f"{HIDDEN} the worst training seed lies outside the interval of the mean.")
-    if comparison.baselines:
+    if bars:
         err().print("Differences: mean and interval; green or red where it excludes zero, for or against the policy.")
 
 

@@ -24,7 +24,7 @@ from cps_agents.commands.options import (
 )
 from cps_agents.console import assignments, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json, write_text
-from cps_agents.league.league import League, LeaguePlan, play_league
+from cps_agents.league.league import League, asked, play_league
 from cps_agents.league.report import document, draw, rows_as_csv, tables, verdict
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
@@ -33,7 +33,7 @@ from cps_agents.report.report import Report, write_report
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import require
-from cps_envs.core.types import ROLES
+from cps_envs.core.types import ROLES, Role
 
 MOST = 1_000_000  # evaluation seeds
 
@@ -70,11 +70,13 @@ def league(
     require("matplotlib", extra="baselines", purpose="a league's heat map")
     preset = preset or find_problem(problem).usual_preset
     venue = Venue(problem, preset, assignments(overrides or []))
-    plan = LeaguePlan(venue, {"attacker": attacker or [], "defender": defender or []}, episodes, metric, oracles)
+    references: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     started = time.monotonic()
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
-        found = _play(plan, store, cores)
+        with Progress(f"{problem} pairs", 1) as progress:
+            table = asked(venue, references, episodes, metric)
+            found = play_league(table, references, store, cores, progress.report, oracles=oracles)
         wall_s = time.monotonic() - started
         files = _write(found, document(found, describe(), wall_s), folder)
         files += [] if html is None else [_page(found, store, cores, html)]
@@ -85,13 +87,8 @@ def league(
     conclude(files, found.payoffs.reused, f"{wall_s:.0f} s.")
 
 
-def _play(plan: LeaguePlan, store: Store, jobs: int) -> League:
-    with Progress(f"{plan.venue.problem} pairs", 1) as progress:
-        return play_league(plan, store, jobs, progress.report)
-
-
 def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
-    files = [folder / f"{find_problem(found.plan.venue.problem).name}.{suffix}" for suffix in ("json", "csv", "png")]
+    files = [folder / f"{find_problem(found.table.venue.problem).name}.{suffix}" for suffix in ("json", "csv", "png")]
     write_json(files[0], content)
     write_text(files[1], rows_as_csv(found))
     write_figure(files[2], draw(found))
@@ -108,9 +105,9 @@ def _show(found: League) -> None:
     for table in tables(found):
         console.print(table)
     console.print(verdict(found), markup=False)
-    for missing in found.left_out:
-        console.print(f"Left out: {missing.role} {missing.reference}: {missing.reason}", markup=False)
+    for (role, reference), reason in found.left_out.items():
+        console.print(f"Left out: {role} {reference}: {reason}", markup=False)
     for role in ROLES:
-        for each in found.players(role):
+        for each in found.table.players(role):
             if each.overrides:
                 console.print(f"{role} {each.name} plays in its own form: {dict(each.overrides)}", markup=False)

@@ -10,7 +10,7 @@ import typer
 from cps_agents.catalogue import describe_everything, describe_problem
 from cps_agents.commands.options import AsJson
 from cps_agents.console import out, print_json
-from cps_agents.table import Cell, Table, styled
+from cps_agents.sheet import Cell, Sheet, styled
 from cps_envs import find_problem
 from cps_envs.core.errors import extra_of
 
@@ -37,17 +37,17 @@ def show(
             (problem["name"], problem["summary"], *map(str, map(len, problem["policies"].values())))
             for problem in problems
         ]
-        out().print(Table("Problems", ("Name", "What happens", "Attackers", "Defenders"), rows, left=2))
+        out().print(Sheet("Problems", ("Name", "What happens", "Attackers", "Defenders"), rows, left=2))
         out().print("`cps-envs list hvac` shows a problem's environments, presets and policies.")
 
 
 def _show_problem(problem: Mapping[str, Any]) -> None:
     console = out()
     console.print(f"[bold]{problem['name']}[/]: {problem['summary']}\n")
-    console.print(Table("Environments", ("Interface", "Id"), _environments(problem), left=2))
+    console.print(Sheet("Environments", ("Interface", "Id"), _environments(problem), left=2))
     for role, policies in problem["policies"].items():
         rows = [(policy["name"], _remark(policy)) for policy in policies]
-        console.print(Table(f"Policies: {role}", ("Name", "What it does"), rows, left=2))
+        console.print(Sheet(f"Policies: {role}", ("Name", "What it does"), rows, left=2))
 
 
 def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:

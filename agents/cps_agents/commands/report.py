@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.commands.league import MOST
 from cps_agents.commands.options import MEETINGS, Attackers, Changes, Defenders, Fresh, Jobs, Meetings, Preset
 from cps_agents.console import assignments, err
 from cps_agents.files import alone_in
-from cps_agents.league.league import LeaguePlan
+from cps_agents.league.league import asked
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 from cps_agents.report.board import Board, kept_board, play_board
@@ -60,18 +62,19 @@ def report(
     """
     require("scipy", extra="baselines", purpose="a report")
     curves, sheets = read_curves(runs or []), read_sheets(paper or [])
-    asked: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
+    references: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     names, count = problems or list(PROBLEMS), episodes or (QUICK_EPISODES if quick else EPISODES)
     values = assignments(overrides or [])
-    plans = []
+    venues = []
     for name in names:
         found = find_problem(name)
         chosen = preset or found.usual_preset
         found.config(chosen, values)
-        plans.append(LeaguePlan(Venue(name, chosen, values), asked, count))
+        venues.append(Venue(name, chosen, values))
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
-        boards = [_board(plan, store, cores, kept, QUICK_PLAYERS if quick else None) for plan in plans]
+        tables = [asked(venue, references, count) for venue in venues]
+        boards = [_board(each, references, store, cores, kept, QUICK_PLAYERS if quick else None) for each in tables]
         with Progress("episodes to watch", 1) as progress:
             page = write_report(Report(boards, replays, curves, sheets), folder, cores, progress.report)
     missing = sum(board.missing for board in boards)
@@ -81,8 +84,15 @@ def report(
         serve_folder(folder)
 
 
-def _board(plan: LeaguePlan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
+def _board(
+    table: Table,
+    references: Mapping[Role, Sequence[str]],
+    store: Store,
+    cores: int,
+    kept: bool,
+    most: int | None,
+) -> Board:
     if kept:
-        return kept_board(plan, store)
-    with Progress(f"{plan.venue.problem} pairs", 1) as progress:
-        return play_board(plan, store, cores, progress.report, most)
+        return kept_board(table, store)
+    with Progress(f"{table.venue.problem} pairs", 1) as progress:
+        return play_board(table, references, store, cores, progress.report, most)

@@ -26,7 +26,7 @@ from cps_agents.commands.options import (
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
 from cps_agents.league.bounds import LeagueOutcome, judge
-from cps_agents.league.league import LeaguePlan, check_anybody, line_up
+from cps_agents.league.league import asked, check_anybody, line_up
 from cps_agents.league.oracles import Oracle, choose_oracles, in_venue
 from cps_agents.league.response import Budget
 from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate
@@ -116,17 +116,17 @@ def _game(
 ) -> SelfPlayGame:
     """With those of the policies asked for that can play, and see and act as the venue has it: they are mixed."""
     with Workers(budget.workers) as pool:
-        players, left_out = line_up(LeaguePlan(venue, references, episodes), store, pool)
-    for missing in left_out:
-        _note(f"Left out: {missing.role} {missing.reference}: {missing.reason}")
+        table, left_out = line_up(asked(venue, references, episodes), references, store, pool)
+    for (role, reference), reason in left_out.items():
+        _note(f"Left out: {role} {reference}: {reason}")
+    check_anybody(table, left_out)
+    start: dict[Role, list[str]] = {role: [] for role in ROLES}
     for role in ROLES:
-        check_anybody(role, players, left_out)
-        refusals = {player.reference: _unmixable(player.reference, venue) for player in players[role]}
-        for reference, reason in refusals.items():
-            if reason:
+        for reference in (player.reference for player in table.players(role)):
+            if reason := _unmixable(reference, venue):
                 _note(f"Left out: {role} {reference}: {reason}")
-        players[role] = [player for player in players[role] if not refusals[player.reference]]
-    start = {role: [player.reference for player in players[role]] for role in ROLES}
+            else:
+                start[role].append(reference)
     return SelfPlayGame(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
 
 

@@ -20,7 +20,7 @@ from cps_agents.learning.study import Study, Tried, usual_ranges
 from cps_agents.learning.tracking import check_tracker
 from cps_agents.machine import available_cores, describe
 from cps_agents.recipes.finding import RECIPES, find_recipe
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_envs.core.errors import require
 from cps_envs.core.types import Role, other
@@ -145,7 +145,7 @@ def _print(runs: list[TrainingJob], found: dict[str, Any]) -> None:
         (str(run["seed"]), f"{run['steps']:,}", f"{run['cpu_s']:.0f}", f"{run['best_score']:.4g}", run["folder"])
         for run in found["runs"]
     ]
-    out().print(Table(found["recipe"], ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
+    out().print(Sheet(found["recipe"], ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
     err().print(f"Play one with --{runs[0].recipe.role} zoo:{runs[0].folder}", soft_wrap=True)
 
 
@@ -154,7 +154,7 @@ def _list(recipes: list[Recipe], as_json: bool) -> None:
         print_json([asdict(recipe) for recipe in recipes])
         return
     columns = ("recipe", "algorithm", "CPU min", "validation")
-    out().print(Table("Recipes", columns, [_row(recipe) for recipe in recipes], left=2))
+    out().print(Sheet("Recipes", columns, [_row(recipe) for recipe in recipes], left=2))
     out().print(EXPLANATION, markup=False, soft_wrap=True)
 
 
@@ -226,7 +226,7 @@ def _show(name: str, tried: list[Tried], knobs: list[str], fixed: Mapping[str, A
     best_first = sorted(tried, key=lambda row: -row.score)
     rows = [(str(row.number), f"{row.score:.4g}", *(_short(row.values[knob]) for knob in knobs)) for row in best_first]
     console = out()
-    console.print(Table("Trials, the best first", ("trial", "validation", *knobs), rows))
+    console.print(Sheet("Trials, the best first", ("trial", "validation", *knobs), rows))
     values = {**fixed, **best_first[0].values}
     chosen = " ".join(f"--knob {shlex.quote(f'{knob}={_short(value)}')}" for knob, value in values.items())
     console.print(f"Train it: cps-envs train {name} {chosen}", markup=False, soft_wrap=True)

@@ -12,7 +12,7 @@ import typer
 from cps_agents.console import err, out, print_json
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_agents.warm import Visit, Warmed, visits
 from cps_agents.warm import warm as warm_up
 from cps_baselines.workers import Workers
@@ -43,7 +43,7 @@ def warm(
         print_json({"problems": [asdict(each) for each in found], "kept": kept})
     else:
         rows = [(each.problem, str(each.uses), str(each.compiled), f"{each.cpu_s:.1f}") for each in found]
-        out().print(Table("Kernels", ("Problem", "Uses", "Compiled", "CPU s"), rows))
+        out().print(Sheet("Kernels", ("Problem", "Uses", "Compiled", "CPU s"), rows))
     for each in found:
         for failure in each.failed:
             err().print(f"{each.problem}, {failure}", soft_wrap=True, markup=False)

@@ -12,7 +12,7 @@ from cps_agents.commands.options import Jobs
 from cps_agents.console import err, out, print_json
 from cps_agents.files import write_text
 from cps_agents.league.self_play_report import ship_mixtures
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, Card, read_card
 from cps_agents.zoo.files import find, load, read_pair, shipped_names
 from cps_agents.zoo.markdown import to_markdown
@@ -36,7 +36,7 @@ def list_policies(
         return
     rows = [(card.name, card.problem, card.role, card.algorithm, card.opponent, str(len(card.seeds))) for card in cards]
     columns = ("zoo:", "problem", "role", "algorithm", "trained against", "seeds")
-    out().print(Table("Trained policies", columns, rows, left=5))
+    out().print(Sheet("Trained policies", columns, rows, left=5))
 
 
 @app.command()
@@ -134,7 +134,7 @@ def remake(
     elif dry_run:
         total = sum(step.cpu_s for step in planned) / 60
         rows = [(", ".join(step.policies), f"{step.cpu_s / 60:.1f}", step.command) for step in planned]
-        out().print(Table("What makes the zoo", ("policies", "CPU min, at least", "command"), rows))
+        out().print(Sheet("What makes the zoo", ("policies", "CPU min, at least", "command"), rows))
         out().print(f"{len(planned)} commands, at least {total:.0f} CPU minutes in all.")
         out().print("The cards say what it took until the networks that were chosen; runs go on beyond them.")
     for step in () if dry_run else planned:
@@ -167,7 +167,7 @@ def _print(card: Card) -> None:
         )
         for seed, facts in card.seeds.items()
     ]
-    console.print(Table("", ("training seed", "steps", "CPU s", "validation"), rows))
+    console.print(Sheet("", ("training seed", "steps", "CPU s", "validation"), rows))
 
 
 def _print_numbers(card: Card, path: Path) -> None:
@@ -175,4 +175,4 @@ def _print_numbers(card: Card, path: Path) -> None:
     columns = [load(path, int(seed))[1].tensors()["numbers"] for seed in card.seeds]
     rows = [(name, *(f"{column[k]:.4g}" for column in columns)) for k, name in enumerate(card.numbers)]
     title = f"Numbers of the family {card.family}, by training seed" if card.family else "Probabilities of policies"
-    out().print(Table(title, ("number", *card.seeds), rows))
+    out().print(Sheet(title, ("number", *card.seeds), rows))

@@ -17,11 +17,11 @@ from cps_agents.league.self_play import (
     Profile,
     SelfPlayGame,
     equilibrium_profile,
-    play_evaluation,
-    play_validation,
+    play_pool,
 )
 from cps_agents.league.strategy import Strategy
 from cps_baselines.arena import Contestant
+from cps_envs.core.seeds import EVALUATION, VALIDATION
 from cps_envs.core.types import FloatArray
 
 
@@ -70,8 +70,7 @@ class LeagueOutcome:
 
 def judge(game: SelfPlayGame, pool: Pool, iterations: Sequence[Iteration], store: Store, workers: int) -> LeagueOutcome:
     """Play what is missing in the matrices of all policies, and bound every profile by them."""
-    validation = play_validation(game, pool, store, workers)
-    evaluation = play_evaluation(game, pool, store, workers)
+    validation, evaluation = (play_pool(game, pool, seeds, store, workers) for seeds in (VALIDATION, EVALUATION))
     final = equilibrium_profile(pool, validation.means)
     profiles = [*(iteration.profile for iteration in iterations), final]
     bounds = [bounds_of(profile, pool, validation, evaluation) for profile in profiles]

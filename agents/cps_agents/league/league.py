@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeAlias
 
-from cps_agents.arena.challenge import ALL, Admission, Application, admit, check_known, contestants, usual
+from cps_agents.arena.admission import Admission, admit, check_known, contestants, wanted
 from cps_agents.arena.play import Report, silent
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import RETURN, Table
 from cps_agents.errors import CommandError
 from cps_agents.league.equilibrium import Equilibrium, dominating, game_value, solve
-from cps_agents.league.meetings import RETURN, Payoffs, find_clashes, has_played, left_out_for, play_meetings
+from cps_agents.league.meetings import LeftOut, Payoffs, find_clashes, has_played, left_out_for, play_table
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
@@ -21,45 +22,20 @@ from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
 Dominators: TypeAlias = list[FloatArray | None]
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """A policy that does not take part."""
-
-    role: Role
-    reference: str
-    reason: str
-
-
-@dataclass(frozen=True)
-class LeaguePlan:
-    """Who is asked to take part; the evaluation seeds 0, 1, ... are played."""
-
-    venue: Venue
-    references: Mapping[Role, Sequence[str]]  # `all` stands for the usual ones
-    episodes: int
-    metric: str = RETURN
-    oracles: bool = False  # whether the usual ones include those that know more than they observe
-
-    @property
-    def seeds(self) -> range:
-        """The episodes' seeds."""
-        return range(self.episodes)
-
-    def wanted(self, role: Role) -> list[str]:
-        """The references of a role."""
-        known = usual(self.venue, role)
-        named = self.references.get(role) or [ALL]
-        return list(dict.fromkeys(each for name in named for each in (known if name == ALL else [name])))
+def asked(
+    venue: Venue, references: Mapping[Role, Sequence[str]], episodes: int, metric: str = RETURN, first_seed: int = 0
+) -> Table:
+    """A table of everybody who is asked to take part; `all`, and nobody, stands for the usual ones."""
+    attackers, defenders = (contestants(venue, wanted(venue, role, references.get(role))) for role in ROLES)
+    return Table(venue, attackers, defenders, episodes, metric, first_seed=first_seed)
 
 
 @dataclass(frozen=True)
 class League:
-    """The result of a league: who played, the matrix of payoffs, and what follows from it."""
+    """A table in which everybody has met everybody: who played, the matrix of payoffs, and what follows from it."""
 
-    plan: LeaguePlan
-    attackers: list[Contestant]
-    defenders: list[Contestant]
-    left_out: list[LeftOut]
+    table: Table
+    left_out: LeftOut
     payoffs: Payoffs
 
     @cached_property
@@ -83,84 +59,102 @@ class League:
         means = self.payoffs.means
         return {"attacker": dominating(means), "defender": dominating(-means.T)}
 
-    def players(self, role: Role) -> list[Contestant]:
-        """Those of a role."""
-        return self.attackers if role == "attacker" else self.defenders
 
-
-def play_league(plan: LeaguePlan, store: Store, workers: int, report: Report = silent) -> League:
-    """Play everybody against everybody.
-
-    Policies that cannot play the configuration are left out; so are oracles that nobody asked for by name.
+def play_league(
+    table: Table,
+    references: Mapping[Role, Sequence[str]],
+    store: Store,
+    workers: int,
+    report: Report = silent,
+    *,
+    oracles: bool = False,
+) -> League:
+    """Play everybody against everybody who can play; see `line_up`.
 
     Raises:
         CommandError: a name that nothing has, or nobody left of a role.
+        UnknownNameError: there is no such metric.
     """
     with Workers(workers) as pool:
-        players, left_out = line_up(plan, store, pool)
-        for role in ROLES:
-            check_anybody(role, players, left_out)
-        attackers, defenders = players["attacker"], players["defender"]
-        payoffs = play_meetings(
-            plan.venue, attackers, defenders, plan.seeds, store=store, pool=pool, metric=plan.metric, report=report
-        )
-    return League(plan, attackers, defenders, left_out, payoffs)
+        present, left_out = line_up(table, references, store, pool, oracles=oracles)
+        check_anybody(present, left_out)
+        return League(present, left_out, play_table(present, store, pool, report))
 
 
-def line_up(plan: LeaguePlan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
-    """Who of those asked can play and meet all others who are left, by role, and who is left out.
+def line_up(
+    table: Table,
+    references: Mapping[Role, Sequence[str]],
+    store: Store,
+    pool: Workers,
+    *,
+    oracles: bool = False,
+) -> tuple[Table, LeftOut]:
+    """The table with those who can play and meet all others who are left, and who is left out.
 
-    Raises:
-        CommandError: a name that nothing has.
-    """
-    present, left_out = entrants(plan, store, pool)
-    gone = left_out_for(find_clashes(plan.venue, present, pool), plan.references)
-    left_out += [LeftOut(role, reference, reason) for (role, reference), reason in gone.items()]
-    return {role: [each for each in present[role] if (role, each.reference) not in gone] for role in ROLES}, left_out
-
-
-def entrants(plan: LeaguePlan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
-    """Who of those asked can play, by role, and who is left out.
+    Oracles, which know more than they observe, are left out unless `references` name them or all `oracles` play.
 
     Raises:
-        CommandError: a name that nothing has.
+        CommandError: `references` name what nothing has.
     """
-    asked = {role: contestants(plan.venue, plan.wanted(role)) for role in ROLES}
+    present, left_out = entrants(table, references, store, pool, oracles=oracles)
+    clashing = left_out_for(find_clashes(present, pool), references)
+    return without(present, clashing), left_out | clashing
+
+
+def entrants(
+    table: Table,
+    references: Mapping[Role, Sequence[str]],
+    store: Store,
+    pool: Workers,
+    *,
+    oracles: bool = False,
+) -> tuple[Table, LeftOut]:
+    """The table with those who can play, though perhaps not with each other, and who is left out; see `line_up`."""
     applications = [
-        Application(role, each, has_played(plan.venue, role, each, asked[other(role)], plan.seeds, store))
+        (role, each, has_played(table, role, place, store))
         for role in ROLES
-        for each in asked[role]
+        for place, each in enumerate(table.players(role))
     ]
-    present: dict[Role, list[Contestant]] = {role: [] for role in ROLES}
-    left_out = []
-    found = {
-        id(application): admission for application, admission in pool.run(partial(admit, plan.venue), applications)
+    admissions = {
+        (role, each.reference): admission
+        for (role, each, _), admission in pool.run(partial(_admit, table.venue), applications)
     }
-    for application in applications:
-        if reason := reason_against(plan, application, found[id(application)]):
-            left_out.append(LeftOut(application.role, application.contestant.reference, reason))
+    left_out: LeftOut = {}
+    for role, each, _ in applications:
+        member = role, each.reference
+        if each.reference in references.get(role, ()):  # asked for by its name
+            check_known(*member, admissions[member])
+            reason = admissions[member].refusal
         else:
-            present[application.role].append(application.contestant)
-    return present, left_out
+            reason = (not oracles and admissions[member].oracle) or admissions[member].refusal
+        if reason:
+            left_out[member] = reason
+    return without(table, left_out), left_out
 
 
-def reason_against(plan: LeaguePlan, application: Application, admission: Admission) -> str:
-    """Why an application is left out; empty if it plays."""
-    if application.contestant.reference in (plan.references.get(application.role) or ()):  # asked for by its name
-        check_known(application, admission)
-        return admission.refusal
-    return admission.oracle if admission.oracle and not plan.oracles else admission.refusal
+def _admit(venue: Venue, application: tuple[Role, Contestant, bool]) -> Admission:
+    role, contestant, before = application
+    return admit(venue, role, contestant, has_played=before)
 
 
-def check_anybody(role: Role, players: Mapping[Role, Sequence[Contestant]], left_out: Sequence[LeftOut]) -> None:
-    """Whether somebody is left to play a role.
+def without(table: Table, left_out: LeftOut) -> Table:
+    """The table of the others."""
+    attackers, defenders = (
+        [each for each in table.players(role) if (role, each.reference) not in left_out] for role in ROLES
+    )
+    return replace(table, attackers=attackers, defenders=defenders)
+
+
+def check_anybody(table: Table, left_out: LeftOut) -> None:
+    """Whether somebody is left to play each role.
 
     Raises:
         CommandError: nobody is.
     """
-    if not players[role]:
-        reasons = "; ".join(f"{found.reference}: {found.reason}" for found in left_out if found.role == role)
-        raise CommandError(f"no {role} can play this configuration. {reasons}")
+    for role in ROLES:
+        if not table.players(role):
+            reasons = "; ".join(f"{name}: {reason}" for (mine, name), reason in left_out.items() if mine == role)
+            raise CommandError(f"no {role} can play this configuration. {reasons}")
 
 
 @dataclass(frozen=True)
@@ -187,9 +181,9 @@ def standings(league: League, role: Role) -> list[LeagueStanding]:
 def _standing(league: League, role: Role, place: int, share: float, dominator: FloatArray | None) -> LeagueStanding:
     cells = league.cells[place] if role == "attacker" else [row[place] for row in league.cells]
     best = min(range(len(cells)), key=lambda rival: SIGN[role] * cells[rival].mean)
-    players = league.players(role)
+    players = league.table.players(role)
     dominating = {} if dominator is None else _named([player.name for player in players], dominator)
-    return LeagueStanding(players[place], share, league.players(other(role))[best].name, cells[best], dominating)
+    return LeagueStanding(players[place], share, league.table.players(other(role))[best].name, cells[best], dominating)
 
 
 def _named(names: Sequence[str], probabilities: FloatArray) -> dict[str, float]:
@@ -200,6 +194,6 @@ def strategies(league: League) -> dict[Role, dict[str, float]]:
     """The equilibrium's mixed strategies, by reference; what has probability 0 is left out."""
     found = league.equilibrium
     return {
-        "attacker": _named([player.reference for player in league.attackers], found.attacker),
-        "defender": _named([player.reference for player in league.defenders], found.defender),
+        "attacker": _named([player.reference for player in league.table.attackers], found.attacker),
+        "defender": _named([player.reference for player in league.table.defenders], found.defender),
     }

@@ -10,36 +10,37 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
 
-from cps_agents.arena.meeting import make_meeting
-from cps_agents.arena.play import Pairing, Report, play, silent
+from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.store import Store
-from cps_agents.errors import CommandError, explain
+from cps_agents.arena.table import Table, scores
+from cps_agents.errors import explain
 from cps_agents.zoo.references import is_trained
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs import find_problem
-from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import ROLES, FloatArray, Role
 
 Member: TypeAlias = tuple[Role, str]  # role and reference
-Pair: TypeAlias = tuple[Member, Member]
+LeftOut: TypeAlias = dict[Member, str]  # who does not take part, and why
+Clash: TypeAlias = tuple[Member, Member]
 
 
-def find_clashes(venue: Venue, players: Mapping[Role, Sequence[Contestant]], pool: Workers) -> dict[Pair, str]:
+def find_clashes(table: Table, pool: Workers) -> dict[Clash, str]:
     """Who cannot meet, and why; players that see and act in one form can, as each of them was admitted in it."""
     pairs = [
         (attacker, defender)
-        for attacker in players["attacker"]
-        for defender in players["defender"]
+        for attacker, defender in product(table.attackers, table.defenders)
         if attacker.overrides != defender.overrides
     ]
     return {
         (("attacker", attacker.reference), ("defender", defender.reference)): reason
-        for (attacker, defender), reason in pool.run(partial(clash, venue), pairs)
+        for (attacker, defender), reason in pool.run(partial(clash, table.venue), pairs)
         if reason
     }
 
@@ -60,12 +61,12 @@ def clash(venue: Venue, pair: tuple[Contestant, Contestant]) -> str:
     return ""
 
 
-def left_out_for(clashes: Mapping[Pair, str], asked: Mapping[Role, Sequence[str]]) -> dict[Member, str]:
+def left_out_for(clashes: Mapping[Clash, str], asked: Mapping[Role, Sequence[str]]) -> LeftOut:
     """Whom to leave out so that all others can meet, and why.
 
     Those with most clashes go first; of equals, one that nobody asked for by name, and a computed one.
     """
-    left, found = dict(clashes), dict[Member, str]()
+    left, found = dict(clashes), LeftOut()
     while left:
         counts = Counter(member for pair in left for member in pair)
         gone = max(counts, key=lambda each: (counts[each], each[1] not in asked.get(each[0], ()), _computed(each)))
@@ -79,12 +80,9 @@ def _computed(member: Member) -> bool:
     return not is_trained(member[1])
 
 
-def _rival(pair: Pair, member: Member) -> str:
+def _rival(pair: Clash, member: Member) -> str:
     attacker, defender = pair
     return defender[1] if member == attacker else attacker[1]
-
-
-RETURN = "return"  # the attacker's payoff
 
 
 @dataclass(frozen=True)
@@ -102,49 +100,27 @@ class Payoffs:
         return found
 
 
-def play_meetings(
-    venue: Venue,
-    attackers: Sequence[Contestant],
-    defenders: Sequence[Contestant],
-    seeds: range,
-    *,
-    store: Store,
-    pool: Workers,
-    metric: str = RETURN,
-    report: Report = silent,
-) -> Payoffs:
+def play_table(table: Table, store: Store, pool: Workers, report: Report = silent) -> Payoffs:
     """Play what `store` does not have; each finished pair is kept at once.
 
     Raises:
-        CommandError: there is no such metric, or a pair cannot play.
+        UnknownNameError: there is no such metric.
+        CommandError: a pair cannot play.
     """
-    pairs = {
-        (i, j): Pairing(venue, attacker, defender, len(seeds), seeds.start)
-        for i, attacker in enumerate(attackers)
-        for j, defender in enumerate(defenders)
-    }
-    played = play(pairs, store, pool, report=report)
-    values = np.zeros((len(attackers), len(defenders), len(seeds)))
+    played = play([table], store, pool, report=report)
+    values = np.zeros((len(table.attackers), len(table.defenders), table.episodes))
     cpu_s = np.zeros(values.shape[:2])
     for place, (result,) in played.results.items():
-        values[place] = _metric(result["metrics"], metric)
-        cpu_s[place] = result["cpu_s"]
+        values[place[1:]] = scores([result], table.metric)
+        cpu_s[place[1:]] = result["cpu_s"]
     return Payoffs(values, cpu_s, played.reused)
 
 
-def has_played(
-    venue: Venue, role: Role, mine: Contestant, rivals: Sequence[Contestant], seeds: range, store: Store
-) -> bool:
+def has_played(table: Table, role: Role, place: int, store: Store) -> bool:
     """Whether a contestant has finished a meeting before, so that it can play."""
-    for rival in rivals:
-        pair = (mine, rival) if role == "attacker" else (rival, mine)
+    mine = [pair for pair in table.pairs if pair[ROLES.index(role)] == place]
+    for pair in mine:
         with suppress(ConfigurationError):  # one of them cannot play there
-            if store.get(make_meeting(venue, *pair, len(seeds), seeds.start)) is not None:
+            if store.get(table.meeting(pair)) is not None:
                 return True
     return False
-
-
-def _metric(metrics: dict[str, list[float]], name: str) -> list[float]:
-    if name not in metrics:
-        raise CommandError(f"there is no metric {name!r}. {near(name, metrics)}")
-    return metrics[name]

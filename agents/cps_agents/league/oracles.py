@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from cps_agents.arena.table import RETURN
 from cps_agents.errors import CommandError
-from cps_agents.league.meetings import RETURN
 from cps_agents.league.venues import form_of_recipe
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe, usual_recipe

@@ -10,25 +10,25 @@ from cps_agents.arena.statistics import Estimate
 from cps_agents.heatmap import draw_matrix
 from cps_agents.league.league import League, LeagueStanding, standings, strategies
 from cps_agents.league.strategy import mix
-from cps_agents.table import Cell, Table, csv_text, styled
+from cps_agents.sheet import Cell, Sheet, csv_text, styled
 from cps_envs import find_problem
 from cps_envs.core.types import ROLES, Role
 
 
 def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
     """Everything, for machines."""
-    plan, problem = league.plan, find_problem(league.plan.venue.problem)
+    table, problem = league.table, find_problem(league.table.venue.problem)
     return {
         **machine,
         "wall_s": round(wall_s, 1),
         "problem": problem.name,
         "version": problem.version,
-        "preset": plan.venue.preset,
-        "overrides": dict(plan.venue.overrides),
-        "config": asdict(plan.venue.config),
-        "metric": plan.metric,
-        "first_seed": plan.seeds.start,
-        "episodes": plan.episodes,
+        "preset": table.venue.preset,
+        "overrides": dict(table.venue.overrides),
+        "config": asdict(table.venue.config),
+        "metric": table.metric,
+        "first_seed": table.first_seed,
+        "episodes": table.episodes,
         "equilibrium": {
             "value": league.value.mean,
             "low": league.value.low,
@@ -39,7 +39,10 @@ def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[
         },
         "attackers": [_standing(found) for found in standings(league, "attacker")],
         "defenders": [_standing(found) for found in standings(league, "defender")],
-        "left_out": [asdict(found) for found in league.left_out],
+        "left_out": [
+            {"role": role, "reference": reference, "reason": reason}
+            for (role, reference), reason in league.left_out.items()
+        ],
         "cells": [
             {**asdict(cell), "values": values, "attacker": attacker, "defender": defender, "cpu_s": cpu_s}
             for attacker, defender, cell, values, cpu_s in _pairs(league)
@@ -64,8 +67,8 @@ def _standing(found: LeagueStanding) -> dict[str, Any]:
 
 
 def _pairs(league: League) -> Iterator[tuple[str, str, Estimate, list[float], float]]:
-    for i, attacker in enumerate(league.attackers):
-        for j, defender in enumerate(league.defenders):
+    for i, attacker in enumerate(league.table.attackers):
+        for j, defender in enumerate(league.table.defenders):
             values = league.payoffs.values[i, j].tolist()
             yield attacker.name, defender.name, league.cells[i][j], values, float(league.payoffs.cpu_s[i, j])
 
@@ -73,21 +76,23 @@ def _pairs(league: League) -> Iterator[tuple[str, str, Estimate, list[float], fl
 def rows_as_csv(league: League) -> str:
     """One line per pair."""
     rows = [
-        (attacker, defender, league.plan.metric, cell.episodes, cell.mean, cell.low, cell.high, cpu_s)
+        (attacker, defender, league.table.metric, cell.episodes, cell.mean, cell.low, cell.high, cpu_s)
         for attacker, defender, cell, _, cpu_s in _pairs(league)
     ]
     return csv_text(("attacker", "defender", "metric", "episodes", "mean", "low", "high", "cpu_s"), rows)
 
 
-def tables(league: League) -> list[Table]:
+def tables(league: League) -> list[Sheet]:
     """The matrix, and how each role's policies stand."""
-    columns = ["attacker", *(defender.name for defender in league.defenders)]
-    rows = [[attacker.name, *map(stacked, row)] for attacker, row in zip(league.attackers, league.cells, strict=True)]
-    title = f"{league.plan.venue.problem}: {league.plan.metric}, mean and 95 % interval"
-    return [Table(title, columns, rows), *(_standings_table(league, role) for role in ROLES)]
+    columns = ["attacker", *(defender.name for defender in league.table.defenders)]
+    rows = [
+        [attacker.name, *map(stacked, row)] for attacker, row in zip(league.table.attackers, league.cells, strict=True)
+    ]
+    title = f"{league.table.venue.problem}: {league.table.metric}, mean and 95 % interval"
+    return [Sheet(title, columns, rows), *(_standings_table(league, role) for role in ROLES)]
 
 
-def _standings_table(league: League, role: Role) -> Table:
+def _standings_table(league: League, role: Role) -> Sheet:
     best, least = ("best defender", "least payoff") if role == "attacker" else ("best attacker", "most payoff")
     rows = [
         (
@@ -99,7 +104,7 @@ def _standings_table(league: League, role: Role) -> Table:
         )
         for found in standings(league, role)
     ]
-    return Table(f"Equilibrium: {role}", (role, "plays", best, least, "dominated by"), rows)
+    return Sheet(f"Equilibrium: {role}", (role, "plays", best, least, "dominated by"), rows)
 
 
 def dominated_text(found: LeagueStanding) -> str:
@@ -128,8 +133,10 @@ def draw(league: League) -> Any:
         for row in league.cells
     ]
     rows, columns = ([_heading(found) for found in standings(league, role)] for role in ROLES)
-    venue, plan = league.plan.venue, league.plan
-    title = f"{venue.problem}, preset {venue.preset}: {plan.metric} of {plan.episodes} episodes, mean and 95 % interval"
+    table, venue = league.table, league.table.venue
+    title = (
+        f"{venue.problem}, preset {venue.preset}: {table.metric} of {table.episodes} episodes, mean and 95 % interval"
+    )
     limits = (min(float(means.min()), 0.0), max(float(means.max()), 1e-9))
     return draw_matrix(means, texts, rows, columns, title=f"{title}\n{verdict(league)}", axis="defender", limits=limits)
 

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cps_agents.arena.challenge import Application, admit
+from cps_agents.arena.admission import admit
 from cps_agents.arena.play import finish_all
 from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError, explain
-from cps_agents.league.meetings import play_meetings
+from cps_agents.league.meetings import play_table
 from cps_agents.league.oracles import Oracle
 from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
@@ -221,9 +222,7 @@ def _fitting(oracle: Oracle, role: Role, venue: Venue) -> list[Search]:
     Raises:
         CommandError: none can.
     """
-    refusals = {
-        search.name: admit(venue, Application(role, Contestant(search.policy))).refusal for search in oracle.searches
-    }
+    refusals = {search.name: admit(venue, role, Contestant(search.policy)).refusal for search in oracle.searches}
     if all(refusals.values()):
         raise CommandError("; ".join(f"{name}: {reason}" for name, reason in refusals.items()))
     return [search for search in oracle.searches if not refusals[search.name]]
@@ -254,10 +253,9 @@ def _validate(references: Sequence[str], question: Question, store: Store, worke
     """What the role's policies are paid against the strategy, (P,), the mean over validation seeds."""
     role, strategy = question.role, question.strategy
     sides = {role: list(map(Contestant, references)), other(role): list(map(Contestant, strategy.policies))}
-    seeds = range(VALIDATION.start, VALIDATION.start + question.episodes)
+    attackers, defenders = sides["attacker"], sides["defender"]
+    table = Table(question.venue, attackers, defenders, question.episodes, first_seed=VALIDATION.start)
     with Progress(f"{title}, validation pairs", 1) as progress, Workers(workers) as pool:
-        found = play_meetings(
-            question.venue, sides["attacker"], sides["defender"], seeds, store=store, pool=pool, report=progress.report
-        ).means
+        found = play_table(table, store, pool, progress.report).means
     paid: FloatArray = (found if role == "attacker" else found.T) @ np.array(strategy.probabilities)
     return SIGN[role] * paid

@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.league.equilibrium import solve
-from cps_agents.league.meetings import Payoffs, play_meetings
+from cps_agents.league.meetings import Payoffs, play_table
 from cps_agents.league.oracles import Oracle
 from cps_agents.league.response import Budget, Question, Response, Responses, Tell, respond, silent
 from cps_agents.league.strategy import Strategy, mix
@@ -26,7 +27,7 @@ from cps_agents.progress import Progress
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import Entry, read_entry
-from cps_envs.core.seeds import EVALUATION, VALIDATION
+from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 MOST_STEPS = 10**15  # in a file: of training, and of a seed
@@ -127,30 +128,12 @@ def _grown(pool: Pool, iteration: Iteration) -> Pool:
     }
 
 
-def play_pool(game: SelfPlayGame, pool: Pool, seeds: range, store: Store, workers: int, title: str) -> Payoffs:
-    """The matrix of all pairs, of which only new ones are played."""
+def play_pool(game: SelfPlayGame, pool: Pool, seeds: range, store: Store, workers: int) -> Payoffs:
+    """The matrix of all pairs on the seeds that make strategies, or on those that judge; only new pairs are played."""
+    title = "validation pairs" if seeds == VALIDATION else "evaluation pairs"
+    table = Table(game.venue, pool["attacker"], pool["defender"], game.episodes, first_seed=seeds.start)
     with Progress(title, 1) as progress, Workers(workers) as workplace:
-        return play_meetings(
-            game.venue,
-            pool["attacker"],
-            pool["defender"],
-            seeds,
-            store=store,
-            pool=workplace,
-            report=progress.report,
-        )
-
-
-def play_validation(game: SelfPlayGame, pool: Pool, store: Store, workers: int) -> Payoffs:
-    """The matrix on which strategies are made."""
-    seeds = range(VALIDATION.start, VALIDATION.start + game.episodes)
-    return play_pool(game, pool, seeds, store, workers, "validation pairs")
-
-
-def play_evaluation(game: SelfPlayGame, pool: Pool, store: Store, workers: int) -> Payoffs:
-    """The matrix that judges."""
-    seeds = range(EVALUATION.start, EVALUATION.start + game.episodes)
-    return play_pool(game, pool, seeds, store, workers, "evaluation pairs")
+        return play_table(table, store, workplace, progress.report)
 
 
 def equilibrium_profile(pool: Pool, payoff: FloatArray) -> Profile:
@@ -185,7 +168,7 @@ def _plan(game: SelfPlayGame, pool: Pool, store: Store, home: Path, workers: int
     path = home / "plan.json"
     if path.is_file():
         return _profile(_read(path))
-    profile = equilibrium_profile(pool, play_validation(game, pool, store, workers).means)
+    profile = equilibrium_profile(pool, play_pool(game, pool, VALIDATION, store, workers).means)
     write_json(path, {role: asdict(found) for role, found in profile.items()})
     return profile
 

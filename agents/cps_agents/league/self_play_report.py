@@ -13,7 +13,7 @@ from cps_agents.arena.statistics import Estimate
 from cps_agents.league.bounds import Bounds, LeagueOutcome
 from cps_agents.league.report import stacked
 from cps_agents.league.self_play import MOST_STEPS, Profile, strategy_in
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.merging import without_places
 from cps_agents.zoo.mixing import save_mixture
@@ -50,7 +50,7 @@ def _profile(profile: Profile, bounds: Bounds) -> dict[str, Any]:
     return {"profile": strategies, "bounds": asdict(bounds)}
 
 
-def table(outcome: LeagueOutcome) -> Table:
+def table(outcome: LeagueOutcome) -> Sheet:
     """One line per round: its profile, judged by all policies found."""
     names = [*(str(iteration.number + 1) for iteration in outcome.iterations), "final"]
     rows = [
@@ -64,7 +64,7 @@ def table(outcome: LeagueOutcome) -> Table:
     ]
     columns = ("round", "pay", "an attacker gains", "a defender gains", "both", "both, at most", "best replies")
     title = f"{outcome.game.venue.problem}: what the attacker is paid ({_unit(outcome)}), and what a best reply gains"
-    return Table(title, columns, rows)
+    return Sheet(title, columns, rows)
 
 
 def tell_round(outcome: LeagueOutcome) -> str:

@@ -8,19 +8,20 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
-from cps_agents.arena.challenge import LONGEST_NAME, contestants
-from cps_agents.arena.meeting import Meeting, Result, attempt, make_meeting
+from cps_agents.arena.admission import LONGEST_NAME
+from cps_agents.arena.meeting import Meeting, Result, attempt
 from cps_agents.arena.play import Report, silent
 from cps_agents.arena.statistics import estimate
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import RETURN, Pair, Table
 from cps_agents.catalogue import policies
 from cps_agents.errors import CommandError, explain
-from cps_agents.league.league import League, LeaguePlan, LeftOut, check_anybody, entrants, line_up, standings
-from cps_agents.league.meetings import RETURN, Payoffs
+from cps_agents.league.league import League, check_anybody, entrants, line_up, standings
+from cps_agents.league.meetings import LeftOut, Payoffs
 from cps_agents.report.replay import Take
 from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.references import PREFIX, card_of, is_missing
@@ -30,7 +31,6 @@ from cps_envs import find_problem
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 
-Pair: TypeAlias = tuple[int, int]  # row and column
 DIGITS = 6  # significant, of numbers on the page
 
 
@@ -38,10 +38,8 @@ DIGITS = 6  # significant, of numbers on the page
 class Board:
     """Attackers in rows, defenders in columns; a result is missing where a pair has not played."""
 
-    plan: LeaguePlan
-    attackers: Sequence[Contestant]
-    defenders: Sequence[Contestant]
-    left_out: Sequence[LeftOut]
+    table: Table
+    left_out: LeftOut
     results: Mapping[Pair, Result]  # of those that have played
     refused: Mapping[Pair, str] = field(default_factory=dict)  # why a pair cannot play
     league: League | None = None  # where every pair has played
@@ -49,28 +47,18 @@ class Board:
     @property
     def problem(self) -> Problem:
         """The problem."""
-        return find_problem(self.plan.venue.problem)
-
-    @property
-    def pairs(self) -> list[Pair]:
-        """All of them."""
-        return [(i, j) for i in range(len(self.attackers)) for j in range(len(self.defenders))]
+        return find_problem(self.table.venue.problem)
 
     @property
     def missing(self) -> int:
         """So many pairs have not played, though they can."""
-        return len(self.pairs) - len(self.results) - len(self.refused)
-
-    def meeting(self, row: int, column: int) -> Meeting:
-        """That of a pair."""
-        pair = self.attackers[row], self.defenders[column]
-        return make_meeting(self.plan.venue, *pair, self.plan.episodes)
+        return len(self.table.pairs) - len(self.results) - len(self.refused)
 
     def takes(self, count: int) -> dict[Pair, list[Take]]:
         """The episodes of each pair that are worth watching: the median one by return, then the extremes."""
         return {
             pair: [
-                Take(self.meeting(*pair), seed, file_key(self.problem.name, *pair, seed))
+                Take(self.table.meeting(pair), seed, file_key(self.problem.name, *pair, seed))
                 for seed in telling(result["metrics"][RETURN], count)
             ]
             for pair, result in self.results.items()
@@ -79,37 +67,33 @@ class Board:
 
 def board_of(league: League, store: Store) -> Board:
     """The board of a league that has been played, with all metrics that `store` has of its meetings."""
-    board = Board(league.plan, league.attackers, league.defenders, league.left_out, {}, league=league)
-    kept = {pair: result for pair in board.pairs if (result := _kept(board, store, pair)) is not None}
+    board = Board(league.table, league.left_out, {}, league=league)
+    kept = {pair: result for pair in board.table.pairs if (result := _kept(board.table, store, pair)) is not None}
     return replace(board, results=kept)
 
 
-def kept_board(plan: LeaguePlan, store: Store) -> Board:
+def kept_board(table: Table, store: Store) -> Board:
     """What is there of a league that was interrupted; nothing is played.
 
     Raises:
         CommandError: no pair of it has played.
     """
-    found = {role: contestants(plan.venue, plan.wanted(role)) for role in ROLES}
-    every = Board(plan, found["attacker"], found["defender"], [], {})
-    kept = {pair: result for pair in every.pairs if (result := _kept(every, store, pair)) is not None}
+    kept = {pair: result for pair in table.pairs if (result := _kept(table, store, pair)) is not None}
     if not kept:
+        venue = table.venue
         raise CommandError(
-            f"no finished meetings of {plan.venue.problem} (preset {plan.venue.preset}, {plan.episodes} episodes) are "
+            f"no finished meetings of {venue.problem} (preset {venue.preset}, {table.episodes} episodes) are "
             f"kept in {store.folder}: play them, without --kept, or name their --episodes, --preset and --meetings"
         )
     rows, columns = ({axis: k for k, axis in enumerate(sorted({pair[side] for pair in kept}))} for side in (0, 1))
-    return replace(
-        every,
-        attackers=[every.attackers[i] for i in rows],
-        defenders=[every.defenders[j] for j in columns],
-        results={(rows[i], columns[j]): result for (i, j), result in kept.items()},
-    )
+    attackers, defenders = [table.attackers[i] for i in rows], [table.defenders[j] for j in columns]
+    results = {(rows[i], columns[j]): result for (i, j), result in kept.items()}
+    return Board(replace(table, attackers=attackers, defenders=defenders), {}, results)
 
 
-def _kept(board: Board, store: Store, pair: Pair) -> Result | None:
+def _kept(table: Table, store: Store, pair: Pair) -> Result | None:
     try:
-        return store.get(board.meeting(*pair))
+        return store.get(table.meeting(pair))
     except ValueError:  # their own forms make no configuration together
         return None
 
@@ -128,7 +112,7 @@ def file_key(problem: str, row: int, column: int, seed: int) -> str:
 
 def document(board: Board, takes: Mapping[Pair, Sequence[Take]]) -> dict[str, Any]:
     """Everything but the episodes, as plain data."""
-    plan, problem = board.plan, board.problem
+    table, problem = board.table, board.problem
     shares = _shares(board.league)
     return {
         "name": problem.name,
@@ -136,17 +120,19 @@ def document(board: Board, takes: Mapping[Pair, Sequence[Take]]) -> dict[str, An
         "summary": problem.summary,
         "unit": problem.unit,
         "version": problem.version,
-        "preset": plan.venue.preset,
-        "overrides": {name: str(value) for name, value in plan.venue.overrides.items()},
-        "episodes": plan.episodes,
+        "preset": table.venue.preset,
+        "overrides": {name: str(value) for name, value in table.venue.overrides.items()},
+        "episodes": table.episodes,
         "missing": board.missing,
         "value": _value(board.league),
         "attackers": _players(board, "attacker", shares),
         "defenders": _players(board, "defender", shares),
-        "left_out": [{"role": each.role, "name": each.reference, "reason": each.reason} for each in board.left_out],
+        "left_out": [
+            {"role": role, "name": reference, "reason": reason} for (role, reference), reason in board.left_out.items()
+        ],
         "cells": [
-            [_cell(board, (i, j), takes.get((i, j), ())) for j in range(len(board.defenders))]
-            for i in range(len(board.attackers))
+            [_cell(board, (i, j), takes.get((i, j), ())) for j in range(len(table.defenders))]
+            for i in range(len(table.attackers))
         ],
     }
 
@@ -171,7 +157,7 @@ def _players(board: Board, role: Role, shares: Mapping[str, float]) -> list[dict
             "about": about.get(each.reference.partition("?")[0], "") or _training(each.reference),
             "share": round(shares[f"{role} {each.name}"], 4) if shares else None,
         }
-        for each in (board.attackers if role == "attacker" else board.defenders)
+        for each in board.table.players(role)
     ]
 
 
@@ -211,7 +197,14 @@ def _short(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.{DIGITS}g}")
 
 
-def play_board(plan: LeaguePlan, store: Store, workers: int, told: Report = silent, most: int | None = None) -> Board:
+def play_board(
+    table: Table,
+    references: Mapping[Role, Sequence[str]],
+    store: Store,
+    workers: int,
+    told: Report = silent,
+    most: int | None = None,
+) -> Board:
     """Everybody against everybody, or `most` of each role that stand for the others.
 
     A pair that cannot play, as with forms that exclude each other, has no result; those who stand for the others can
@@ -221,12 +214,12 @@ def play_board(plan: LeaguePlan, store: Store, workers: int, told: Report = sile
         CommandError: a name that nothing has, or nobody left of a role.
     """
     with Workers(workers) as pool:
-        players, left_out = (entrants if most is None else line_up)(plan, store, pool)
-        for role in ROLES:
-            check_anybody(role, players, left_out)
-        board = Board(plan, some(players["attacker"], most), some(players["defender"], most), left_out, {})
-        results, refused = _play(board, store, pool, told)
-    board = replace(board, results=results, refused=refused)
+        present, left_out = (entrants if most is None else line_up)(table, references, store, pool)
+        check_anybody(present, left_out)
+        attackers, defenders = some(present.attackers, most), some(present.defenders, most)
+        shown = replace(present, attackers=attackers, defenders=defenders)
+        results, refused = _play(shown, store, pool, told)
+    board = Board(shown, left_out, results, refused)
     return replace(board, league=_league(board))
 
 
@@ -237,12 +230,12 @@ def some(players: Sequence[Contestant], most: int | None) -> Sequence[Contestant
     return [players[place] for place in np.linspace(0, len(players) - 1, most).round().astype(int)]
 
 
-def _play(board: Board, store: Store, pool: Workers, told: Report) -> tuple[dict[Pair, Result], dict[Pair, str]]:
+def _play(table: Table, store: Store, pool: Workers, told: Report) -> tuple[dict[Pair, Result], dict[Pair, str]]:
     results, refused = {}, {}
     left: list[tuple[Pair, Meeting]] = []
-    for pair in board.pairs:
+    for pair in table.pairs:
         try:
-            meeting = board.meeting(*pair)
+            meeting = table.meeting(pair)
             found = store.get(meeting)
         except ValueError as error:  # their own forms make no configuration together
             refused[pair] = str(error)
@@ -270,11 +263,11 @@ def _try(item: tuple[Pair, Meeting]) -> tuple[Result | None, str]:
 
 def _league(board: Board) -> League | None:
     """The league of a board on which every pair has played."""
-    if len(board.results) < len(board.pairs):
+    table = board.table
+    if len(board.results) < len(table.pairs):
         return None
-    shape = (len(board.attackers), len(board.defenders))
-    values, cpu_s = np.zeros((*shape, board.plan.episodes)), np.zeros(shape)
+    shape = (len(table.attackers), len(table.defenders))
+    values, cpu_s = np.zeros((*shape, table.episodes)), np.zeros(shape)
     for pair, result in board.results.items():
         values[pair], cpu_s[pair] = result["metrics"][RETURN], result["cpu_s"]
-    payoffs = Payoffs(values, cpu_s, 0)
-    return League(board.plan, list(board.attackers), list(board.defenders), list(board.left_out), payoffs)
+    return League(table, board.left_out, Payoffs(values, cpu_s, 0))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import webbrowser
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from html import escape
@@ -26,24 +26,8 @@ from cps_agents.files import write_text
 from cps_agents.machine import describe
 from cps_agents.report.board import Board, document
 from cps_agents.report.replay import Take, record
-from cps_agents.table import Table as Printed
-from cps_agents.table import plain
+from cps_agents.sheet import Sheet
 from cps_baselines.workers import Workers
-
-
-def sheets_of_printed(tables: Iterable[Printed]) -> list[dict[str, Any]]:
-    """Tables that a terminal shows."""
-    return [
-        {
-            "title": table.title,
-            "headings": list(table.columns),
-            "rows": [[plain(cell) for cell in row] for row in table.rows],
-            "left": table.left,
-            "notes": list(table.caption),
-        }
-        for table in tables
-    ]
-
 
 SCRIPTS = ("tools.js", "episode.js", "tracks.js", "player.js", "charts.js", "matrix.js", "pair.js", "main.js")
 EPISODES = "episodes"
@@ -122,7 +106,7 @@ class Report:
     boards: Sequence[Board] = ()
     replays: int = 1  # episodes of each pair that can be watched
     curves: Sequence[dict[str, Any]] = ()
-    sheets: Sequence[dict[str, Any]] = ()
+    sheets: Sequence[Sheet] = ()
     about_sheets: tuple[str, str] = PAPER  # heading and first sentence
     title: str = TITLE
     facts: Sequence[str] = field(default_factory=tuple)
@@ -142,7 +126,7 @@ def write_report(report: Report, folder: Path, workers: int = 1, told: Told = si
         "facts": [f"cps-envs {describe()['versions']['cps-envs']}", *report.facts],
         "boards": [document(board, chosen) for board, chosen in zip(report.boards, takes, strict=True)],
         "curves": list(report.curves),
-        "sheets": list(report.sheets),
+        "sheets": [sheet.to_json() for sheet in report.sheets],
         "about_sheets": report.about_sheets,
         "foot": "Written by cps-envs. This page loads nothing from the network.",
     }

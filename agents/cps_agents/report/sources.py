@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from cps_agents.errors import CommandError
+from cps_agents.sheet import Sheet
 from cps_envs.core.documents import DamagedFileError, Source, entry_of, read_entry, read_text
 
 EVALUATIONS, RUN = "evaluations.jsonl", "run.json"
 MOST_POINTS = 200  # of a curve
 
 
-def read_sheets(folders: Sequence[Path]) -> list[dict[str, Any]]:
+def read_sheets(folders: Sequence[Path]) -> list[Sheet]:
     """The tables of folders that `cps-envs reproduce ... --csv DIR` has written.
 
     Raises:
@@ -33,14 +34,14 @@ def _files(folder: Path) -> list[Path]:
     return found
 
 
-def _sheet(path: Path) -> dict[str, Any]:
+def _sheet(path: Path) -> Sheet:
     try:
         rows = list(csv.reader(StringIO(read_text(path))))
         if not rows:
             raise ValueError("it is empty")
     except (OSError, ValueError, csv.Error) as error:
         raise CommandError(f"--paper: {path} is no table ({error}). Write it again with cps-envs reproduce") from error
-    return {"title": path.stem.replace("_", " "), "headings": rows[0], "rows": rows[1:], "left": 1, "notes": []}
+    return Sheet(path.stem.replace("_", " "), rows[0], rows[1:])
 
 
 def read_curves(folders: Sequence[Path]) -> list[dict[str, Any]]:

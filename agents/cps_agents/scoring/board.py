@@ -12,7 +12,7 @@ import numpy as np
 from cps_agents.errors import CommandError
 from cps_agents.scoring.score import SEEDS, Score
 from cps_agents.scoring.verify import read_score
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_baselines.tracks import Track, tracks
 
 FOLDER = Path(__file__).parents[3] / "leaderboard" / "v1"  # of a clone; an installed package has none
@@ -109,7 +109,7 @@ def rank_line(score: Score, folder: Path | None = None) -> str:
     return f"Rank {better + 1} of {len(others)} on the board: {better} are surely better."
 
 
-def table(track: Track, rows: Sequence[BoardEntry]) -> Table:
+def table(track: Track, rows: Sequence[BoardEntry]) -> Sheet:
     """A board."""
     cells = []
     for row in rows:
@@ -125,7 +125,7 @@ def table(track: Track, rows: Sequence[BoardEntry]) -> Table:
                 kind_text(row.score),
             )
         )
-    return Table(track.name, HEAD, cells)
+    return Sheet(track.name, HEAD, cells)
 
 
 def kind_text(score: Score) -> str:
@@ -134,7 +134,7 @@ def kind_text(score: Score) -> str:
     return f"{score.kind}{f', {len(score.pays)} training seed(s)' if few else ''}"
 
 
-def front(boards: Mapping[str, Sequence[BoardEntry]]) -> Table:
+def front(boards: Mapping[str, Sequence[BoardEntry]]) -> Sheet:
     """One row for each track that has entries: the best of every kind, with its half width."""
     groups = (("rules",), ("searched",), ("reward", "imitation"), ("told",))
     rows = [
@@ -142,7 +142,7 @@ def front(boards: Mapping[str, Sequence[BoardEntry]]) -> Table:
         for name, rows in boards.items()
         if rows
     ]
-    return Table("", FRONT, rows)
+    return Sheet("", FRONT, rows)
 
 
 def _best(rows: Sequence[BoardEntry]) -> str:

@@ -116,6 +116,11 @@ def form_of(reference: str, config: Any) -> dict[str, Any]:
     return form
 
 
+def form_fields(problem: str) -> set[str]:
+    """The fields that say how a role of a problem sees and acts."""
+    return {name for (known, _), names in FORMS.items() if known == problem for name in names}
+
+
 def _exists(name: str) -> bool:
     try:
         find(name)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_baselines.arena import Prepared
 from cps_baselines.disbanding.plan_search import Progress, SearchResult, SearchSettings, search_plan
 from cps_baselines.disbanding.plans import NEVER, PlannedAttack
 from cps_envs.core.errors import ConfigurationError, near
@@ -120,8 +119,8 @@ def plan_evaluator(
     return evaluate
 
 
-def undefended_plan(config: Any, quick: bool) -> Prepared:
-    """The plan that the genetic algorithm finds against no defence."""
+def undefended_plan(config: Any, quick: bool) -> tuple[str, str]:
+    """The plan that the genetic algorithm finds against no defence: its reference, and how it was found."""
     match = DISBANDING.match(config, 1, {"attacker": QUICK_SEARCH if quick else "ga", "defender": "none"})
     match.reset(np.ones(1, np.bool_), [seeding.np_random(0)[0]])
     searcher: Any = match.players["attacker"]
@@ -129,4 +128,4 @@ def undefended_plan(config: Any, quick: bool) -> Prepared:
     events = ",".join(f"[{platoon},{time_s}]" for platoon, time_s in found.events)
     plan = ", ".join(f"platoon {platoon} at {time_s} s" for platoon, time_s in found.events)
     note = f"{plan}; found by {found.simulations} simulations without defence, played against every defender"
-    return Prepared(f"plan?events=[{events}]", note)
+    return f"plan?events=[{events}]", note

@@ -1,6 +1,6 @@
 """A benchmark as tables on the terminal and as files: JSON, CSV, Markdown, heat maps.
 
-They show attackers in rows, defenders or settings in columns, the paper's number beside.
+They show attackers in rows, defenders or tasks in columns, the paper's number beside.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from cps_agents.arena.play import Place
 from cps_agents.heatmap import draw_matrix
-from cps_agents.table import Cell, Table, csv_text, styled
-from cps_baselines.arena import Contestant
+from cps_agents.sheet import Cell, Sheet, csv_text, styled
 from cps_envs import find_problem
-from cps_paper.benchmark.schedule import PaperCell, Setting
+from cps_envs.core.types import ROLES
+from cps_paper.benchmark.schedule import PaperCell
 from cps_paper.benchmark.suite import BenchmarkOutcome
 from cps_paper.printed.tables import verdict
 
@@ -24,7 +25,7 @@ from cps_paper.printed.tables import verdict
 class BenchmarkEntry:
     """A meeting: what came out, in numbers and as text."""
 
-    setting: str
+    table: str
     attacker: str
     defender: str
     episodes: int
@@ -36,6 +37,7 @@ class BenchmarkEntry:
     paper: PaperCell | None
     crash: bool | None  # ours; None where the benchmark does not say what a crash is
     cpu_s: float
+    metrics: dict[str, list[float]]  # of the episodes
 
     @property
     def difference(self) -> float | None:
@@ -61,72 +63,29 @@ class BenchmarkEntry:
         return [f"paper {self.paper.value:.2f}", *flag, f"{self.difference:+.2f} {self.verdict}"]
 
 
-@dataclass(frozen=True)
-class Grid:
-    """What a table or a picture shows: a setting with its defenders, or several settings side by side."""
-
-    name: str  # for file names
-    title: str
-    axis: str  # what distinguishes the columns
-    legend: str
-    columns: list[str]
-    rows: list[tuple[str, list[BenchmarkEntry]]]  # an attacker's heading and its meetings
-    notes: list[str]
-
-
-def grids(outcome: BenchmarkOutcome) -> list[Grid]:
-    """The tables of a benchmark, in the order of the settings."""
-    shared: dict[str, list[Setting]] = {}
-    for setting in outcome.benchmark.settings:
-        name = setting.table.name if setting.table else setting.name
-        shared.setdefault(name, []).append(setting)
-    return [_grid(outcome, name, settings) for name, settings in shared.items()]
-
-
-def _grid(outcome: BenchmarkOutcome, name: str, settings: list[Setting]) -> Grid:
-    first, table = settings[0], settings[0].table
-    parts = [list(entries(outcome, setting)) for setting in settings]
-    rows = [
-        (attacker.heading, [entry for part in parts for entry in part[place]])
-        for place, attacker in enumerate(first.attackers)
-    ]
-    return Grid(
-        name=name,
-        title=table.title if table else first.title,
-        axis=table.axis if table else "defender",
-        legend=first.legend,
-        columns=[_column(setting, defender) for setting in settings for defender in setting.defenders],
-        rows=rows,
-        notes=[note for setting in settings for note in notes(outcome, setting)],
-    )
-
-
-def _column(setting: Setting, defender: Contestant) -> str:
-    if setting.table is None:
-        return defender.name
-    return setting.title if len(setting.defenders) == 1 else f"{setting.title} {defender.name}"
-
-
 def every_entry(outcome: BenchmarkOutcome) -> list[BenchmarkEntry]:
-    """The meetings of all settings."""
-    return [entry for setting in outcome.benchmark.settings for row in entries(outcome, setting) for entry in row]
+    """The meetings of all tables."""
+    return [
+        entry for number in range(len(outcome.benchmark.tables)) for row in entries(outcome, number) for entry in row
+    ]
 
 
-def entries(outcome: BenchmarkOutcome, setting: Setting) -> Iterator[list[BenchmarkEntry]]:
-    """The rows of a setting."""
-    for attacker in setting.attackers:
-        yield [_entry(outcome, setting, attacker, defender) for defender in setting.defenders]
+def entries(outcome: BenchmarkOutcome, number: int) -> list[list[BenchmarkEntry]]:
+    """The rows of a table."""
+    rows, columns = (range(len(outcome.benchmark.tables[number].players(role))) for role in ROLES)
+    return [[_entry(outcome, (number, row, column)) for column in columns] for row in rows]
 
 
-def _entry(outcome: BenchmarkOutcome, setting: Setting, attacker: Contestant, defender: Contestant) -> BenchmarkEntry:
-    meeting = (setting.name, attacker.name, defender.name)
-    result = outcome.result(meeting)
+def _entry(outcome: BenchmarkOutcome, place: Place) -> BenchmarkEntry:
+    table, result = outcome.benchmark.tables[place[0]], outcome.result(place)
+    attacker, defender = table.pair(place[1:]).values()
+    meeting = (table.name, attacker.name, defender.name)
     means = {name: float(np.mean(values)) for name, values in result["metrics"].items()}
-    metric = attacker.metric or setting.metric
-    share = means[metric] / ((means[setting.reference] if setting.reference else 0.0) or np.nan)
+    metric = attacker.metric or table.metric
+    share = means[metric] / ((means[table.per] if table.per else 0.0) or np.nan)
     shown = result["metrics"][metric]
     spread = dict(zip(("lower", "median", "upper"), np.quantile(shown, (0.25, 0.5, 0.75)).tolist(), strict=True))
-    printed = [cell for cell in outcome.benchmark.paper if (cell.setting, cell.attacker, cell.defender) == meeting]
+    printed = [cell for cell in outcome.benchmark.paper if (cell.table, cell.attacker, cell.defender) == meeting]
     crashes = outcome.benchmark.crash_metric
     return BenchmarkEntry(
         *meeting,
@@ -135,30 +94,28 @@ def _entry(outcome: BenchmarkOutcome, setting: Setting, attacker: Contestant, de
         value=means[metric],
         deviation=float(np.std(shown)),
         means=means,
-        text=setting.form.format(value=means[metric], share=share, **spread, **means),
+        text=table.form.format(value=means[metric], share=share, **spread, **means),
         paper=printed[0] if printed else None,
         crash=means[crashes] > 0 if crashes else None,
         cpu_s=result["cpu_s"],
+        metrics=result["metrics"],
     )
-
-
-def notes(outcome: BenchmarkOutcome, setting: Setting) -> list[str]:
-    """What the contestants of a setting found out in advance, as lines for the reader."""
-    return [f"{name}: {found['note']}" for name, found in outcome.preparations(setting.name).items()]
 
 
 STYLES = {"match": "green", "near": "yellow", "miss": "red"}
 
 
-def tables(outcome: BenchmarkOutcome) -> list[Table]:
+def tables(outcome: BenchmarkOutcome) -> list[Sheet]:
     """The tables for the terminal."""
-    return [_table(outcome.benchmark.problem, grid) for grid in grids(outcome)]
+    return [_sheet(outcome, number) for number in range(len(outcome.benchmark.tables))]
 
 
-def _table(problem: str, grid: Grid) -> Table:
-    rows = [[heading, *map(_styled, row)] for heading, row in grid.rows]
-    caption = [grid.legend, *grid.notes]
-    return Table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows, caption=caption)
+def _sheet(outcome: BenchmarkOutcome, number: int) -> Sheet:
+    table, found = outcome.benchmark.tables[number], entries(outcome, number)
+    rows = [[each.heading, *map(_styled, row)] for each, row in zip(table.attackers, found, strict=True)]
+    columns = ["attacker", *(each.heading for each in table.defenders)]
+    caption = [table.legend, *(f"{name}: {each['note']}" for name, each in outcome.preparations(number).items())]
+    return Sheet(f"{outcome.benchmark.problem}: {table.title}", columns, rows, caption=caption)
 
 
 def _styled(entry: BenchmarkEntry) -> Cell:
@@ -181,9 +138,18 @@ def agreement(outcome: BenchmarkOutcome) -> str:
 def markdown(outcome: BenchmarkOutcome) -> str:
     """All tables as Markdown."""
     lines = [f"## {outcome.benchmark.problem}", ""]
-    for grid in grids(outcome):
-        lines += [f"### {grid.title}", "", f"{grid.legend}.", ""]
-        lines += [*_table("", grid).markdown(), "", *(f"- {note}" for note in grid.notes), ""]
+    for table, sheet in zip(outcome.benchmark.tables, tables(outcome), strict=True):
+        legend, *notes = sheet.caption
+        lines += [
+            f"### {table.title}",
+            "",
+            f"{legend}.",
+            "",
+            *sheet.markdown(),
+            "",
+            *(f"- {note}" for note in notes),
+            "",
+        ]
     lines += [*(f"- {note}" for note in outcome.benchmark.notes), "", agreement(outcome), ""]
     return "\n".join(lines)
 
@@ -196,30 +162,31 @@ def document(outcomes: Sequence[BenchmarkOutcome], machine: Mapping[str, Any], w
 def _problem(outcome: BenchmarkOutcome) -> dict[str, Any]:
     benchmark = outcome.benchmark
     problem = find_problem(benchmark.problem)
-    settings = [
+    found = [
         {
-            "name": setting.name,
-            "title": setting.title,
-            "config": asdict(setting.venue.config),
-            "preparations": outcome.preparations(setting.name),
-            "cells": [_cell(outcome, entry) for row in entries(outcome, setting) for entry in row],
+            "name": table.name,
+            "title": table.title,
+            "config": asdict(table.venue.config),
+            "overrides": {each.name: dict(each.overrides) for each in table.defenders if each.overrides},
+            "preparations": outcome.preparations(number),
+            "cells": [_cell(entry) for row in entries(outcome, number) for entry in row],
         }
-        for setting in benchmark.settings
+        for number, table in enumerate(benchmark.tables)
     ]
-    return {"problem": problem.name, "version": problem.version, "notes": list(benchmark.notes), "settings": settings}
+    return {"problem": problem.name, "version": problem.version, "notes": list(benchmark.notes), "tables": found}
 
 
-def _cell(outcome: BenchmarkOutcome, entry: BenchmarkEntry) -> dict[str, Any]:
-    metrics = outcome.result((entry.setting, entry.attacker, entry.defender))["metrics"]
+def _cell(entry: BenchmarkEntry) -> dict[str, Any]:
+    plain = {key: value for key, value in asdict(entry).items() if key not in ("means", "metrics")}
     extra = {"difference": entry.difference, "verdict": entry.verdict, "crash_agrees": entry.crash_agrees}
-    return {key: value for key, value in asdict(entry).items() if key != "means"} | extra | {"metrics": metrics}
+    return plain | extra | {"metrics": entry.metrics}
 
 
 def rows_as_csv(outcomes: Sequence[BenchmarkOutcome]) -> str:
     """One line per meeting: what is shown, the paper's number, and the mean of every metric."""
     found = [(outcome.benchmark.problem, entry) for outcome in outcomes for entry in every_entry(outcome)]
     metrics = list(dict.fromkeys(name for _, entry in found for name in entry.means))
-    columns = ("problem", "setting", "attacker", "defender", "episodes", "metric", "value", "deviation")
+    columns = ("problem", "table", "attacker", "defender", "episodes", "metric", "value", "deviation")
     paper = ("paper", "difference", "verdict", "paper_crash")
     rows = [
         [
@@ -239,17 +206,17 @@ def rows_as_csv(outcomes: Sequence[BenchmarkOutcome]) -> str:
 def heat_maps(outcome: BenchmarkOutcome) -> Iterator[tuple[str, Any]]:
     """A matplotlib figure for each table, by its name: the darker, the more damage; the same colours in all of them."""
     top = max((entry.value for entry in every_entry(outcome)), default=1.0)
-    for grid in grids(outcome):
-        rows = [row for _, row in grid.rows]
+    for number, table in enumerate(outcome.benchmark.tables):
+        rows = entries(outcome, number)
         yield (
-            f"{find_problem(outcome.benchmark.problem).name}-{grid.name}",
+            f"{find_problem(outcome.benchmark.problem).name}-{table.name}",
             draw_matrix(
                 np.array([[entry.value for entry in row] for row in rows]),
                 [[_in_heat_map(entry) for entry in row] for row in rows],
-                [heading for heading, _ in grid.rows],
-                grid.columns,
-                title=f"{grid.title}\n{grid.legend}",
-                axis=grid.axis,
+                [each.heading for each in table.attackers],
+                [each.heading for each in table.defenders],
+                title=f"{table.title}\n{table.legend}",
+                axis=table.axis,
                 limits=(0.0, max(top, 1e-9)),
             ),
         )

@@ -15,18 +15,12 @@ from cps_agents.console import err, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
-from cps_agents.report.report import PAPER, Report, sheets_of_printed, write_report
-from cps_agents.table import Table
+from cps_agents.report.report import PAPER, Report, write_report
+from cps_agents.sheet import Sheet
 from cps_envs import PROBLEMS, find_problem
 from cps_paper.benchmark.report import agreement, document, heat_maps, markdown, rows_as_csv, tables
-from cps_paper.benchmark.suite import (
-    BenchmarkChoice,
-    BenchmarkOutcome,
-    compile_kernels,
-    find_benchmark,
-    run_benchmark,
-    select,
-)
+from cps_paper.benchmark.schedule import Benchmark
+from cps_paper.benchmark.suite import BenchmarkOutcome, compile_kernels, find_benchmark, run_benchmark, select
 
 Names = list[str] | None
 
@@ -53,68 +47,53 @@ def benchmark(
     Press Ctrl-C at any time: finished games are kept, and the same command
     continues. They are played again when code, version or network changes.
     """
-    names = list(problem or PROBLEMS)
-    for name in names:
+    named = list(problem or PROBLEMS)
+    for name in named:
         find_problem(name)
-    store, workers = Store(meetings, fresh=fresh), jobs or available_cores()
-    choice = BenchmarkChoice(table or [], attacker or [], defender or [], quick, full)
+    every = list(map(find_benchmark, named))
     if show:
-        _list_settings(names)
+        _list_tables(every)
         return
-    chosen = select([find_benchmark(name) for name in names], choice)
+    parts = {"tables": table or [], "attackers": attacker or [], "defenders": defender or []}
+    chosen = select(every, **parts, quick=quick, full=full)
     with alone_in(folder):
-        _play(chosen, choice, store, folder, html, workers, as_json)
+        started = time.monotonic()
+        outcomes = []
+        for outcome in _outcomes(chosen, Store(meetings, fresh=fresh), jobs or available_cores(), quick):
+            outcomes.append(outcome)
+            if not as_json:
+                _show(outcome)
+        wall_s = time.monotonic() - started
+        found = document(outcomes, describe(), wall_s)
+        files = _write(outcomes, found, folder)
+        if html is not None:
+            sheets = [sheet for each in outcomes for sheet in tables(each)]
+            files.append(write_report(Report(sheets=sheets, about_sheets=PAPER), html))
+    if as_json:
+        print_json(found)
+    left = not (full or table) and any(table.only_full for each in every for table in each.tables)
+    more = "--full plays the other tables, too." if left else ""
+    conclude(files, sum(outcome.played.reused for outcome in outcomes), f"{wall_s:.0f} s.", more)
     if quick:
         err().print("--quick: few episodes and short searches; these are no results.")
 
 
-def _list_settings(names: Sequence[str]) -> None:
+def _list_tables(benchmarks: Sequence[Benchmark]) -> None:
     rows = [
-        (name, setting.name, setting.title, "--full" if setting.only_full else "")
-        for name in names
-        for setting in find_benchmark(name).settings
+        (each.problem, table.name, table.title, "--full" if table.only_full else "")
+        for each in benchmarks
+        for table in each.tables
     ]
-    out().print(Table("Tables", ("problem", "table", "title", "only with"), rows, left=4))
+    out().print(Sheet("Tables", ("problem", "table", "title", "only with"), rows, left=4))
 
 
-def _play(
-    benchmarks: Sequence[Any],
-    choice: BenchmarkChoice,
-    store: Store,
-    folder: Path,
-    html: Path | None,
-    workers: int,
-    as_json: bool,
-) -> None:
-    """Show each problem's tables as soon as they are there."""
-    started = time.monotonic()
-    outcomes = []
-    for outcome in _outcomes(benchmarks, choice, store, workers):
-        outcomes.append(outcome)
-        if not as_json:
-            _show(outcome)
-    wall_s = time.monotonic() - started
-    found = document(outcomes, describe(), wall_s)
-    files = _write(outcomes, found, folder)
-    files += [] if html is None else [_page([table for each in outcomes for table in tables(each)], PAPER, html)]
-    if as_json:
-        print_json(found)
-    reused = sum(outcome.played.reused for outcome in outcomes)
-    left = not (choice.full or choice.tables) and any(
-        setting.only_full for each in benchmarks for setting in find_benchmark(each.problem).settings
-    )
-    more = "--full plays the other tables, too." if left else ""
-    conclude(files, reused, f"{wall_s:.0f} s.", more)
-
-
-def _outcomes(
-    benchmarks: Sequence[Any], choice: BenchmarkChoice, store: Store, workers: int
-) -> Iterator[BenchmarkOutcome]:
+def _outcomes(benchmarks: Sequence[Benchmark], store: Store, workers: int, quick: bool) -> Iterator[BenchmarkOutcome]:
+    """Each problem's as soon as it is there."""
     with Progress("kernels", 1) as progress:
         compile_kernels(benchmarks, store, workers, progress.report)
     for each in benchmarks:
         with Progress(each.problem, 1) as progress:
-            yield run_benchmark(each, store, workers=workers, quick=choice.quick, report=progress.report)
+            yield run_benchmark(each, store, workers=workers, quick=quick, report=progress.report)
 
 
 def _write(outcomes: Sequence[BenchmarkOutcome], found: dict[str, Any], folder: Path) -> list[Path]:
@@ -135,7 +114,3 @@ def _show(outcome: BenchmarkOutcome) -> None:
         console.print(table)
     for note in filter(None, (*outcome.benchmark.notes, agreement(outcome))):
         console.print(note)
-
-
-def _page(tables: Sequence[Table], about: tuple[str, str], folder: Path) -> Path:
-    return write_report(Report(sheets=sheets_of_printed(tables), about_sheets=about), folder)

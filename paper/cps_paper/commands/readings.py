@@ -9,7 +9,7 @@ import io
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -19,13 +19,12 @@ from cps_agents.arena.meeting import Result
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_figure, write_text
-from cps_agents.table import Table, styled
+from cps_agents.sheet import Sheet, plain, styled
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import near
 from cps_paper.chapter import Reproduction
 from cps_paper.commands.chapters import COMMANDS, Command
 from cps_paper.evidence import Report
-from cps_paper.exhibit import ExhibitTable
 
 COLORS = {
     "match": "green",
@@ -42,10 +41,9 @@ COLORS = {
 def render(console: Console, found: Reproduction[Any]) -> None:
     """Print all tables with their notes, then what is not reproduced and why."""
     for table in found.tables():
-        console.print(_table(table))
-        for note in table.notes:
-            console.print(note, style="dim", markup=False)
-        console.print()
+        console.print(_colored(table.sheet))
+        if not table.notes:
+            console.print()
     for paragraph in found.closing():
         console.print(paragraph, markup=False)
         console.print()
@@ -69,9 +67,11 @@ def write_sheets(found: Reproduction[Any], folder: Path) -> list[Path]:
     return paths
 
 
-def _table(table: ExhibitTable) -> Table:
-    rows = [[styled(text, COLORS[text]) if text in COLORS else text for text in row] for row in table.rows]
-    return Table(table.title, table.headings, rows, left=table.left, breaks=table.breaks)
+def _colored(sheet: Sheet) -> Sheet:
+    words = ((plain(cell) for cell in row) for row in sheet.rows)
+    return replace(
+        sheet, rows=[[styled(text, COLORS[text]) if text in COLORS else text for text in row] for row in words]
+    )
 
 
 PAGE_WIDTH = 120  # columns of a file with tables

@@ -23,7 +23,7 @@ from cps_agents.files import alone_in, write_json, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.report.report import Report, write_report
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_paper.chapter import Reproduction
 from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
@@ -32,7 +32,6 @@ from cps_paper.commands.string_stability import string_stability
 from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed
 from cps_paper.commands.summary import publish as put
 from cps_paper.evidence import Report as Told
-from cps_paper.exhibit import sheets_of
 from cps_paper.figures import require_matplotlib
 
 Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
@@ -70,7 +69,8 @@ def show(
     wall_s = time.monotonic() - started
     files = [] if plot is None else draw(found, plot)
     files += [] if sheets is None else write_sheets(found, sheets)
-    files += [] if html is None else [write_report(Report(sheets=sheets_of(found.tables()), title=title), html)]
+    if html is not None:
+        files.append(write_report(Report(sheets=[table.sheet for table in found.tables()], title=title), html))
     if as_json:
         print_json({**found.document(), "files": list(map(str, files)), "wall_s": wall_s, **describe()})
     else:
@@ -124,8 +124,8 @@ def everything(
     if as_json:
         print_json(plain)
     else:
-        out().print(Table("Verdicts by reading of the text", COUNTED, counted(found), left=3))
-        out().print(Table("Claims whose verdict depends on the reading", DEPENDING, depending(found), left=3))
+        out().print(Sheet("Verdicts by reading of the text", COUNTED, counted(found), left=3))
+        out().print(Sheet("Claims whose verdict depends on the reading", DEPENDING, depending(found), left=3))
     err().print(
         f"Written: {', '.join(map(str, files))}; tables and numbers of each reading in {folder}", soft_wrap=True
     )

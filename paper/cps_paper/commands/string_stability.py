@@ -10,7 +10,7 @@ import typer
 from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
 from cps_agents.files import write_figure
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_paper.disbanding.string_stability import Peak
 from cps_paper.disbanding.strings import LAGS_S, SIZES, STABLE_GAIN, Stability, analyse, draw
 from cps_paper.figures import require_matplotlib
@@ -30,7 +30,7 @@ def string_stability(
         rows = [(str(size), *(_cell(stability.peaks[size, tau_s]) for tau_s in LAGS_S)) for size in SIZES]
         console = out()
         columns = ("n", *(f"tau = {tau_s:g} s" for tau_s in LAGS_S))
-        console.print(Table("Peak gain, and the frequency in rad/s and period where it lies", columns, rows))
+        console.print(Sheet("Peak gain, and the frequency in rad/s and period where it lies", columns, rows))
         console.print(stability.verdict(), markup=False)
     if plot is not None:
         write_figure(plot, draw(stability))

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
-from cps_agents.table import Table
+from cps_agents.sheet import Sheet
 from cps_envs.core.documents import Entry, read_entry, read_text
 from cps_paper.claims import CLAIMS
 from cps_paper.verdicts import VERDICTS
@@ -101,11 +101,11 @@ def tables(every: Sequence[Finished]) -> str:
     """The summary as Markdown."""
     return "\n".join(
         [
-            *Table("", COUNTED, counted(every)).markdown(),
+            *Sheet("", COUNTED, counted(every)).markdown(),
             "",
             "Claims whose verdict depends on the reading:",
             "",
-            *Table("", DEPENDING, depending(every)).markdown(),
+            *Sheet("", DEPENDING, depending(every)).markdown(),
             "",
         ]
     )

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from cps_agents.arena.table import Table
 from cps_baselines.arena import Contestant, Venue
-from cps_paper.benchmark.schedule import Benchmark, PaperCell, Setting
+from cps_paper.benchmark.schedule import Benchmark, PaperCell
 from cps_paper.printed.tables import velocity_errors
 
 TAUS_S = (0.1, 0.3, 0.5)
 MAIN_TAU_S = 0.3
 DESIRED_GAP_M = 5.0
+DRAWS = 20  # episodes of attackers and tables that draw
 CONTROLLERS = {"baseline": "none", "heuristic": "heuristic", "mpc": "mpc"}
 
 
@@ -21,34 +23,33 @@ ATTACKERS = (
     Contestant("lead", title="lead (intact)", metric="velocity_error_intact"),
     Contestant("table_2_3"),
     Contestant("spread"),
-    Contestant("random"),
+    Contestant("random", episodes=DRAWS),
     Contestant("ga", prepare="cps_baselines.disbanding.genetic:undefended_plan"),
 )
 
 
-def _paper_setting(tau_s: float) -> Setting:
-    return Setting(
+def _paper_table(tau_s: float) -> Table:
+    return Table(
         name=f"tau-{tau_s}",
         title=f"Paper, tau = {tau_s} s, x_d = {DESIRED_GAP_M:g} m, at most two platoons disbanded",
         metric="velocity_error_all",
         venue=Venue("disbanding", "paper", {"tau_s": tau_s, "desired_gap_m": DESIRED_GAP_M, "attack_budget": 2}),
         attackers=ATTACKERS,
         defenders=DEFENDERS,
-        more_episodes={"random": 20},
         form="{value:.2f} ({collided:.0f})",
         legend="E_v in percent (vehicles in collisions)",
         only_full=tau_s != MAIN_TAU_S,
     )
 
 
-EASY = Setting(
+EASY = Table(
     name="easy",
     title="Easy: start, drivers, tau and x_d drawn, one to three platoons disbanded",
     metric="velocity_error_all",
     venue=Venue("disbanding", "easy"),
     attackers=(Contestant("lead"), Contestant("random")),
     defenders=DEFENDERS,
-    episodes=20,
+    episodes=DRAWS,
     form="{value:.2f} ({collided:.0f})\n+ {collision_penalty:.2f}",
     legend="E_v in percent (vehicles in collisions) + penalty for collisions, means over the episodes",
     only_full=True,
@@ -58,7 +59,7 @@ EASY = Setting(
 def _printed(attacker: str, table: str, where: str) -> list[PaperCell]:
     return [
         PaperCell(
-            setting=f"tau-{cell.tau_s}",
+            table=f"tau-{cell.tau_s}",
             attacker=attacker,
             defender=CONTROLLERS[cell.controller],
             value=cell.velocity_error_percent,
@@ -72,7 +73,7 @@ def _printed(attacker: str, table: str, where: str) -> list[PaperCell]:
 
 BENCHMARK = Benchmark(
     problem="disbanding",
-    settings=(*map(_paper_setting, TAUS_S), EASY),
+    tables=(*map(_paper_table, TAUS_S), EASY),
     paper=(*_printed("lead", "table_2_2", "Table 2.2"), *_printed("table_2_3", "table_2_3", "Table 2.3")),
     crash_metric="collided",
     notes=(

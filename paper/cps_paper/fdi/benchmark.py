@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from cps_agents.arena.table import Table
 from cps_baselines.arena import Contestant, Venue
-from cps_paper.benchmark.schedule import Benchmark, Setting, SharedTable
+from cps_paper.benchmark.schedule import Benchmark
 
 TASKS = ("x1>1", "x2>2", "x4>4", "x3>4", "v1>1", "v4>4", "x1,2>1", "v1,2>1", "xv4>4")
 EPISODES = 200  # of attackers that draw
-TABLE = SharedTable("tasks", "Set A, 20 steps, undefended: attacked sensors > target", "task")
-
 ATTACKERS = (
     Contestant("none"),
-    Contestant("random"),
-    Contestant("bang_bang"),
+    Contestant("random", episodes=EPISODES),
+    Contestant("bang_bang", episodes=EPISODES),
     Contestant("bnb"),
     Contestant("lp_greedy"),
     Contestant("oracle"),
@@ -20,24 +19,26 @@ ATTACKERS = (
 )
 
 
-def _task_setting(task: str) -> Setting:
+def _column(task: str) -> Contestant:
+    """Nobody defends; the column is a task, such as "x1>1"."""
     attacked, target = task.split(">")
-    return Setting(
-        name=f"{attacked.replace(',', '')}-{target}",
-        title=task,
-        metric="impact_speed_mps",
-        venue=Venue("fdi", "paper", {"attacked": attacked, "target": int(target)}),
-        attackers=ATTACKERS,
-        defenders=(Contestant("none"),),
-        more_episodes={"random": EPISODES, "bang_bang": EPISODES},
-        reference="oracle_value_mps",
-        form="{value:.2f}\n{share:.0%}",
-        legend="impact speed of the target in m/s, mean over the episodes; share of the highest speed known",
-        table=TABLE,
-    )
+    name = f"{attacked.replace(',', '')}-{target}"
+    return Contestant(name, "none", title=task, overrides={"attacked": attacked, "target": int(target)})
 
 
-DEFENSE = Setting(
+UNDEFENDED = Table(
+    name="tasks",
+    title="Set A, 20 steps, undefended: attacked sensors > target",
+    metric="impact_speed_mps",
+    venue=Venue("fdi", "paper"),
+    attackers=ATTACKERS,
+    defenders=tuple(map(_column, TASKS)),
+    per="oracle_value_mps",
+    axis="task",
+    form="{value:.2f}\n{share:.0%}",
+    legend="impact speed of the target in m/s, mean over the episodes; share of the highest speed known",
+)
+DEFENSE = Table(
     name="defense",
     title="Extension: disturbed platoons, clipped limits, 100 steps, tasks drawn from the feasible ones",
     metric="worst_impact_mps",
@@ -56,7 +57,7 @@ DEFENSE = Setting(
 
 BENCHMARK = Benchmark(
     problem="fdi",
-    settings=(*map(_task_setting, TASKS), DEFENSE),
+    tables=(UNDEFENDED, DEFENSE),
     crash_metric="collided_pairs",
     notes=(
         "The bound holds for every attacker of these episodes; where `oracle` is below it the optimum is open.",

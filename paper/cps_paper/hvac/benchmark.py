@@ -5,28 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cps_agents.arena.table import Table
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.hvac.calibrated import HARD
 from cps_envs.hvac.problem import EASY_ATTACKERS
-from cps_paper.benchmark.schedule import Benchmark, PaperCell, Setting
+from cps_paper.benchmark.schedule import Benchmark, PaperCell
 
-EPISODES = 10  # of a setting of the paper, as many as its reproduction takes
+EPISODES = 10  # of a table of the paper, as many as its reproduction takes
 MAIN_COMPROMISED = 3
-DRAWS = 20  # of a setting that draws plants
+DRAWS = 20  # of a table that draws plants
 SCRIPTED = ("constant", "sine", "random")
 STEALTHY = ("ramp", "root_ramp", "mimic")
-MODEL_FALLBACK = Contestant("mtd2_model", policy="mtd2?fallback=model", title="mtd2, falls back to the model")
 DEFENDERS = (
     *(Contestant(name) for name in ("none", "fixed", "mtd1", "mtd2")),
-    MODEL_FALLBACK,
+    Contestant("mtd2_model", policy="mtd2?fallback=model"),
     Contestant("model_only"),
 )
 MISMATCH_DEFENDERS = tuple(Contestant(name) for name in ("none", "mtd1", "mtd2", "model_only"))
 LEGEND = "A_impact in C2, mean over the days; steps with a flawed set / steps in which no set passes MTD2"
 
 
-def _paper_setting(compromised: int) -> Setting:
-    return Setting(
+def _paper_table(compromised: int) -> Table:
+    return Table(
         name=f"compromised-{compromised}",
         title=f"Paper, {compromised} of 4 sensors compromised from hour 6.67 on",
         metric="a_impact",
@@ -40,7 +40,7 @@ def _paper_setting(compromised: int) -> Setting:
     )
 
 
-FREE = Setting(
+FREE = Table(
     name="attack-free",
     title="Paper, attack-free",
     metric="a_impact",
@@ -51,7 +51,7 @@ FREE = Setting(
     legend="A_impact in C2 from hour 6.67 on, mean over the days",
     only_full=True,
 )
-SENSOR_1 = Setting(
+SENSOR_1 = Table(
     name="sensor-1",
     title="Paper, Fig. 4.4b: sensor 1 reads 22 C",
     metric="a_impact",
@@ -63,8 +63,8 @@ SENSOR_1 = Setting(
 )
 
 
-def _mismatch_setting(name: str, title: str, overrides: Mapping[str, Any]) -> Setting:
-    return Setting(
+def _mismatch_table(name: str, title: str, overrides: Mapping[str, Any]) -> Table:
+    return Table(
         name=name,
         title=title,
         metric="a_impact",
@@ -81,14 +81,12 @@ def _mismatch_setting(name: str, title: str, overrides: Mapping[str, Any]) -> Se
     )
 
 
-EASY = _mismatch_setting(
-    "easy", "Easy: plant off by 2 % and 50 W, onset and one to three compromised sensors drawn", {}
-)
-HARDER = _mismatch_setting("hard", "Easy, hard level: plant off by 5 % and 100 W", HARD)
+EASY = _mismatch_table("easy", "Easy: plant off by 2 % and 50 W, onset and one to three compromised sensors drawn", {})
+HARDER = _mismatch_table("hard", "Easy, hard level: plant off by 5 % and 100 W", HARD)
 
 BENCHMARK = Benchmark(
     problem="hvac",
-    settings=(FREE, SENSOR_1, *map(_paper_setting, (1, 2, 3, 4)), EASY, HARDER),
+    tables=(FREE, SENSOR_1, *map(_paper_table, (1, 2, 3, 4)), EASY, HARDER),
     paper=(PaperCell("sensor-1", "constant", "none", 149.253, False, "Fig. 4.4b"),),
     notes=(
         "149.253 is the only A_impact that the paper prints; R was calibrated to it, so it is no independent check.",

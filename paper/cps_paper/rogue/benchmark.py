@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from cps_agents.arena.table import Table
 from cps_baselines.arena import Contestant, Venue
-from cps_paper.benchmark.schedule import Benchmark, Setting
+from cps_paper.benchmark.schedule import Benchmark
 
 RATIOS = (1.0, 1.3)
 MAIN_RATIO = 1.0
-EPISODES = 20  # of attackers and settings that draw
+EPISODES = 20  # of attackers and tables that draw
 ATTACKERS = (
     Contestant("none"),
     Contestant("square", title="square, 0.1 Hz"),
     Contestant("slow_square", policy="square?frequency_hz=0.02", title="square, 0.02 Hz"),
     Contestant("duty_square"),
-    Contestant("random"),
+    Contestant("random", episodes=EPISODES),
     Contestant("switching"),
 )
 DEFENDERS = tuple(
@@ -23,37 +24,35 @@ LEGEND = "damage in {unit}, means over the episodes; leader behind its reference
 FORM = "{value:.1f}\n{reference_error_m:.0f} m\nc {formation_cost_s:.0f} s"
 
 
-def _paper_setting(power_ratio: float) -> Setting:
-    return Setting(
+def _paper_table(power_ratio: float) -> Table:
+    return Table(
         name=f"paper-{power_ratio:g}",
         title=f"Paper: 100 s, vehicles pass through one another, power ratio {power_ratio:g}",
         metric="damage",
         venue=Venue("rogue", "paper", {"power_ratio": power_ratio}),
         attackers=ATTACKERS,
         defenders=DEFENDERS,
-        more_episodes={"random": EPISODES},
         form=FORM,
         legend=LEGEND.format(unit="m"),
         only_full=True,
     )
 
 
-def _solid_setting(power_ratio: float) -> Setting:
-    return Setting(
+def _solid_table(power_ratio: float) -> Table:
+    return Table(
         name=f"solid-{power_ratio:g}",
         title=f"The same with solid bodies, 60 s, power ratio {power_ratio:g}",
         metric="damage",
         venue=Venue("rogue", "paper", {"power_ratio": power_ratio, "contact": "solid", "duration_s": 60.0}),
         attackers=ATTACKERS,
         defenders=DEFENDERS,
-        more_episodes={"random": EPISODES},
         form=FORM,
         legend=LEGEND.format(unit="m/s"),
         only_full=power_ratio != MAIN_RATIO,
     )
 
 
-EASY = Setting(
+EASY = Table(
     name="easy",
     title="Easy: solid bodies, 60 s; start, onset, ratio 1 to 1.6, drive, drag and v_ref drawn; sensor noise",
     metric="damage",
@@ -68,7 +67,7 @@ EASY = Setting(
 
 BENCHMARK = Benchmark(
     problem="rogue",
-    settings=(*map(_paper_setting, RATIOS), *map(_solid_setting, RATIOS), EASY),
+    tables=(*map(_paper_table, RATIOS), *map(_solid_table, RATIOS), EASY),
     crash_metric="collisions",
     notes=(
         "The paper prints colours and no damage. Its attacker is `square`; `none` as a defender is `pd`.",

@@ -17,7 +17,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 
 from cps_agents import progress
 from cps_agents.progress import Progress
-from cps_agents.table import Table, csv_text, fit, parts, plain, styled
+from cps_agents.sheet import Sheet, csv_text, fit, parts, plain, styled
 from tests.agents.command_line import invoke
 
 WIDTHS = (40, 60, 80)
@@ -53,7 +53,7 @@ COMMANDS = [
 ]
 
 
-def printed(table: Table, width: int) -> list[str]:
+def printed(table: Sheet, width: int) -> list[str]:
     file = io.StringIO()
     Console(file=file, width=width).print(table)
     return file.getvalue().splitlines()
@@ -76,7 +76,7 @@ def read_back(lines: Sequence[str]) -> list[list[str]]:
     return found
 
 
-def assert_complete(table: Table, width: int) -> None:
+def assert_complete(table: Sheet, width: int) -> None:
     lines = printed(replace(table, title="", caption=(), breaks=()), width)
     assert max(map(len, lines)) <= width
     columns = [
@@ -96,15 +96,15 @@ def test_no_command_loses_text_on_a_narrow_terminal(
     arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     pytest.importorskip("highspy")
-    tables: list[Table] = []
-    usual = Table.__rich_console__
+    tables: list[Sheet] = []
+    usual = Sheet.__rich_console__
 
-    def seen(table: Table, console: Console, options: ConsoleOptions) -> RenderResult:
+    def seen(table: Sheet, console: Console, options: ConsoleOptions) -> RenderResult:
         tables.append(table)
         return usual(table, console, options)
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(Table, "__rich_console__", seen)
+    monkeypatch.setattr(Sheet, "__rich_console__", seen)
     result = invoke(*arguments, columns=80)
     assert result.exit_code in (0, 1), result.output  # 1: a verdict
     shown = list(tables)
@@ -116,8 +116,8 @@ def test_no_command_loses_text_on_a_narrow_terminal(
 
 
 def test_every_table_of_the_command_line_is_one_of_these() -> None:
-    package = Path(inspect.getfile(Table)).parent
-    assert not [file for file in package.rglob("*.py") if "rich.table import Table" in file.read_text(encoding="utf-8")]
+    package = Path(inspect.getfile(Sheet)).parent
+    assert not [file for file in package.rglob("*.py") if "rich.table import Sheet" in file.read_text(encoding="utf-8")]
 
 
 @given(st.data(), st.integers(20, 120))
@@ -125,11 +125,11 @@ def test_any_table_is_complete_at_any_width(data: st.DataObject, width: int) -> 
     count = data.draw(st.integers(1, 8))
     heads = data.draw(st.lists(WORDS, min_size=count, max_size=count))
     rows = data.draw(st.lists(st.lists(CELLS, min_size=count, max_size=count), max_size=4))
-    assert_complete(Table("", heads, rows, left=data.draw(st.integers(1, count))), width)
+    assert_complete(Sheet("", heads, rows, left=data.draw(st.integers(1, count))), width)
 
 
 def test_one_part_where_it_fits_and_the_same_names_in_each_part_elsewhere() -> None:
-    table = Table("Title", ("name", "first", "second"), [("a", "1", "2"), ("b", "30", "4")], caption=["Below."])
+    table = Sheet("Title", ("name", "first", "second"), [("a", "1", "2"), ("b", "30", "4")], caption=["Below."])
     assert printed(table, 80) == [
         "Title",
         "name  first  second",
@@ -145,17 +145,17 @@ def test_one_part_where_it_fits_and_the_same_names_in_each_part_elsewhere() -> N
 
 
 def test_columns_that_tell_rows_apart_are_repeated_together() -> None:
-    table = Table("", ("road", "seed", "value", "bound"), [("x", "1", "5", "6"), ("x", "2", "7", "8")], left=2)
+    table = Sheet("", ("road", "seed", "value", "bound"), [("x", "1", "5", "6"), ("x", "2", "7", "8")], left=2)
     assert [line for line in printed(table, 19) if "seed" in line] == ["road  seed  value", "road  seed  bound"]
 
 
 def test_lines_are_drawn_where_rows_end_a_section() -> None:
-    lines = printed(Table("", ("name",), [("a",), ("b",)], breaks=(0,)), 80)
+    lines = printed(Sheet("", ("name",), [("a",), ("b",)], breaks=(0,)), 80)
     assert lines == ["name", "────", "a", "────", "b", ""]
 
 
 def test_styles_take_no_room_and_brackets_are_text() -> None:
-    table = Table("[plain]", ("[head]",), [(styled("good", "green", "1\n"),)])
+    table = Sheet("[plain]", ("[head]",), [(styled("good", "green", "1\n"),)])
     assert printed(table, 80)[:5] == ["[plain]", "[head]", "──────", "1", "good"]
     file = io.StringIO()
     Console(file=file, width=80, force_terminal=True, color_system="standard").print(table)
@@ -163,7 +163,7 @@ def test_styles_take_no_room_and_brackets_are_text() -> None:
 
 
 def test_a_table_in_markdown_and_as_comma_separated_values() -> None:
-    table = Table("", ("name", "value"), [("a|b", styled("(good)", "green", "1\n"))])
+    table = Sheet("", ("name", "value"), [("a|b", styled("(good)", "green", "1\n"))])
     assert table.markdown() == ["| name | value |", "|---|---|", "| a/b | 1<br>(good) |"]
     assert csv_text(table.columns, [("a,b", None)]) == 'name,value\n"a,b",\n'
 

@@ -1,4 +1,4 @@
-"""Tables for terminals and documents, which say everything at any width of the terminal.
+"""Sheets of text for terminals, documents, files and the browser, which say everything at any width of the terminal.
 
 Where a table is too wide, its words move to further lines. Where that is not enough, its columns go into several tables
 below each other, and each of them begins with the columns that name the rows. Only a word that is wider than its
@@ -12,7 +12,7 @@ import io
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions
@@ -50,8 +50,8 @@ def csv_text(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 @dataclass(frozen=True)
-class Table:
-    """Text in columns: a console of rich prints it, documents take it as Markdown."""
+class Sheet:
+    """Text in columns: a console of rich prints it, documents take it as Markdown, files as CSV, a page as JSON."""
 
     title: str
     columns: Sequence[str]
@@ -65,6 +65,21 @@ class Table:
         rows = [[plain(cell).replace("\n", "<br>").replace("|", "/") for cell in row] for row in self.rows]
         lines = (f"| {' | '.join(row)} |" for row in (self.columns, *rows))
         return [next(lines), "|---" * len(self.columns) + "|", *lines]
+
+    @property
+    def csv(self) -> str:
+        """The text as comma-separated values, with a line of headings."""
+        return csv_text(self.columns, [list(map(plain, row)) for row in self.rows])
+
+    def to_json(self) -> dict[str, Any]:
+        """As a page for the browser takes it."""
+        return {
+            "title": self.title,
+            "headings": list(self.columns),
+            "rows": [list(map(plain, row)) for row in self.rows],
+            "left": self.left,
+            "notes": list(self.caption),
+        }
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
         """The lines for a console of this width."""

@@ -1,0 +1,139 @@
+"""A table as data: who meets whom where, and the number that is taken of each meeting.
+
+Whatever judges declares one: `evaluate` and its bars, a league, a pool of self-play, the paper's benchmark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from cps_agents.arena.meeting import Meeting, Preparation, Result, make_meeting, make_preparation
+from cps_agents.zoo.references import SB3, by_training_seed
+from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.errors import UnknownNameError, near
+from cps_envs.core.types import ROLES, FloatArray, Role
+
+RETURN = "return"  # what the attacker is paid
+HAPPENED = ">0"  # after a metric's name: 100 in episodes in which it is above zero, 0 in others
+Pair: TypeAlias = tuple[int, int]  # row and column
+
+
+@dataclass(frozen=True)
+class Table:
+    """Attackers in rows meet defenders in columns, all on the same seeds.
+
+    Where one role is judged, its trained policies play with every training seed, and it may have bars: policies to
+    compare with. A contestant may set fields of the venue, so columns may also be other configurations.
+    """
+
+    venue: Venue
+    attackers: Sequence[Contestant]
+    defenders: Sequence[Contestant]
+    episodes: int = 1  # of each pair, on seeds first_seed, first_seed + 1, ...
+    metric: str = RETURN
+    per: str = ""  # a metric of the same episodes that the number is compared with
+    first_seed: int = 0
+    judged: Role | None = None
+    bars: Sequence[Contestant] = ()  # of the judged role
+    name: str = ""  # short, for file names
+    title: str = ""
+    axis: str = "defender"  # what distinguishes the columns, such as "task"
+    # Of a cell: `value`, its quartiles `lower`, `median`, `upper`, its `share` of `per`, means of all metrics.
+    form: str = "{value:.2f}"
+    legend: str = ""  # how to read a cell
+    only_full: bool = False  # whether a benchmark leaves it to `--full`
+
+    @property
+    def seeds(self) -> range:
+        """The episodes' seeds."""
+        return range(self.first_seed, self.first_seed + self.episodes)
+
+    def players(self, role: Role) -> Sequence[Contestant]:
+        """Those of a role, at the end the bars that are not among them."""
+        mine = self.attackers if role == "attacker" else self.defenders
+        names = {each.name for each in mine}
+        return mine if role != self.judged else (*mine, *(each for each in self.bars if each.name not in names))
+
+    def with_players(self, role: Role, players: Sequence[Contestant]) -> Table:
+        """The same table with others in a role."""
+        return replace(self, attackers=players) if role == "attacker" else replace(self, defenders=players)
+
+    @property
+    def pairs(self) -> list[Pair]:
+        """Everybody with everybody."""
+        rows, columns = (range(len(self.players(role))) for role in ROLES)
+        return [(row, column) for row in rows for column in columns]
+
+    def pair(self, pair: Pair) -> dict[Role, Contestant]:
+        """Who they are."""
+        return {role: self.players(role)[place] for role, place in zip(ROLES, pair, strict=True)}
+
+    def episodes_of(self, pair: Pair) -> int:
+        """How many episodes they play: as many as one of them needs, or those of the table."""
+        return next(filter(None, (each.episodes for each in self.pair(pair).values())), self.episodes)
+
+    def label(self, pair: Pair) -> str:
+        """For progress."""
+        attacker, defender = (each.name for each in self.pair(pair).values())
+        return f"{self.name} {attacker} {defender}" if self.name else f"{attacker} - {defender}"
+
+    def preparations(self, pair: Pair, quick: bool) -> dict[Role, Preparation]:
+        """What has to be found out before they meet."""
+        label = self.label(pair) if self.name else ""
+        return {
+            role: make_preparation(self.venue, mine, quick, label)
+            for role, mine in self.pair(pair).items()
+            if mine.prepare
+        }
+
+    def meeting(self, pair: Pair) -> Meeting:
+        """The one of contestants that neither prepare nor have training seeds that count."""
+        return self._meeting(self.pair(pair), self.episodes_of(pair), self.label(pair))
+
+    def meetings(self, pair: Pair, policies: Mapping[Role, str]) -> list[Meeting]:
+        """One meeting, or one for each training seed; `policies` are those that contestants have prepared."""
+        players, count, label = self.pair(pair), self.episodes_of(pair), self.label(pair)
+        players |= {role: replace(players[role], policy=policy) for role, policy in policies.items()}
+        if self.judged is None:
+            return [self._meeting(players, count, label)]
+        mine = players[self.judged]
+        seeds = by_training_seed(mine.reference)
+        folder = mine.reference.startswith(SB3) and None not in seeds  # which no policy can be looked up by
+        if len(seeds) == 1 and not folder:  # the same meeting as without the seed's number
+            return [self._meeting(players, count, label)]
+        return [
+            self._meeting({**players, self.judged: replace(mine, policy=reference)}, count, f"{label}, seed {seed}")
+            for seed, reference in seeds.items()
+        ]
+
+    def _meeting(self, players: Mapping[Role, Contestant], episodes: int, label: str) -> Meeting:
+        attacker, defender = players["attacker"], players["defender"]
+        return make_meeting(self.venue, attacker, defender, episodes, self.first_seed, label=label)
+
+
+def scores(results: Sequence[Result], metric: str, per: str = "") -> FloatArray:
+    """A metric (training seeds, episodes), divided episode by episode by another one if `per` names it.
+
+    The mean of "collided>0" is the percentage of episodes in which `collided` is above zero.
+
+    Raises:
+        UnknownNameError: the episodes have no such metric.
+        ValueError: the divisor is 0 in some episode.
+    """
+    if metric.endswith(HAPPENED):
+        return np.where(scores(results, metric.removesuffix(HAPPENED)) > 0, 100.0, 0.0)
+    for name in (metric, *([per] if per else [])):
+        if name not in results[0]["metrics"]:
+            raise UnknownNameError(f"there is no metric {name!r}. {near(name, results[0]['metrics'])}")
+    values = np.array([result["metrics"][metric] for result in results], np.float64)
+    if not per:
+        return values
+    divisors = np.array([result["metrics"][per] for result in results], np.float64)
+    if not divisors.all():
+        raise ValueError(f"{per} is 0 in some episode: there is nothing to compare {metric} with")
+    share: FloatArray = values / divisors
+    return share
