@@ -19,24 +19,7 @@ from cps_envs.core.problem import Problem
 from cps_envs.core.seen import Seen
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Array, FloatArray, Role, other
-
-FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
-    "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
-    "disbanding-feedback": "cps_baselines.disbanding.families:FEEDBACK",
-    "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
-    "disbanding-radio": "cps_baselines.disbanding.families:RADIO",
-    "disbanding-replanning": "cps_baselines.disbanding.families:REPLANNING",
-    "fdi-hypotheses": "cps_baselines.fdi.families:HYPOTHESES",
-    "fdi-planner": "cps_baselines.fdi.families:PLANNER",
-    "fdi-task-tracker": "cps_baselines.fdi.families:TASK_TRACKER",
-    "hvac-bayes": "cps_baselines.hvac.families:BAYES",
-    "hvac-bayes-together": "cps_baselines.hvac.families:BAYES_TOGETHER",
-    "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
-    "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
-    "rogue-boxing-in": "cps_baselines.rogue.families:BOXING_IN",
-    "rogue-escort": "cps_baselines.rogue.families:ESCORT",
-    "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
-}
+from cps_envs.registration import PROBLEMS
 
 
 @dataclass(frozen=True)
@@ -139,19 +122,30 @@ class Members(AnalyticPolicy):
         return self._policy
 
 
+def families(problem: str) -> dict[str, Family]:
+    """The families of a problem by name, such as rogue-escort: ESCORT in `families.py` of its package."""
+    if problem not in PROBLEMS:
+        return {}
+    held = vars(importlib.import_module(f"cps_baselines.{problem}.families"))
+    found = {name: each for name, each in held.items() if isinstance(each, Family)}
+    return {f"{problem}-{name.lower().replace('_', '-')}": each for name, each in found.items()}
+
+
 def find_family(reference: str) -> Family:
-    """The family of a name, or of `module:attribute`, which runs code and needs the user's consent.
+    """The family of a name such as "rogue-escort", or of `module:attribute`, which runs code and needs consent.
 
     Raises:
         UnknownNameError: there is none.
         UntrustedCodeError: `module:attribute` without consent, see `cps_envs.trust`.
     """
-    place = FAMILIES.get(reference, reference)
-    module, colon, attribute = place.partition(":")
+    module, colon, attribute = reference.partition(":")
     if not colon:
-        raise UnknownNameError(f"there is no family of policies {reference!r}. {near(reference, FAMILIES)}")
-    if reference not in FAMILIES:
-        require_trust(reference)
+        known = families(reference.partition("-")[0])
+        if reference not in known:
+            every = [name for problem in PROBLEMS for name in families(problem)]
+            raise UnknownNameError(f"there is no family of policies {reference!r}. {near(reference, every)}")
+        return known[reference]
+    require_trust(reference)
     try:
         found = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:

@@ -9,9 +9,10 @@ import pytest
 
 from cps_baselines.disbanding.families import BROADCAST, LOCAL, RADIO
 from cps_baselines.disbanding.string_controller import Gains, StringController, shipped_gains
-from cps_baselines.family import FAMILIES, Family, Members, Number, find_family, play_family
+from cps_baselines.family import Family, Members, Number, families, find_family, play_family
 from cps_baselines.rogue.families import SWITCHING
 from cps_baselines.rogue.tuned import tuned
+from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError, UntrustedCodeError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy
@@ -32,9 +33,13 @@ def test_points_are_steps_from_the_start() -> None:
 
 
 def test_every_family_has_a_name_and_other_names_are_explained() -> None:
-    for name in FAMILIES:
-        family = find_family(name)
-        assert len(set(family.names)) == len(family.numbers)
+    for problem in PROBLEMS:
+        found = families(problem)
+        assert found
+        for name, family in found.items():
+            assert find_family(name) is family
+            assert family.problem == problem
+            assert len(set(family.names)) == len(family.numbers)
     with pytest.raises(UnknownNameError, match="Did you mean 'disbanding-local'"):
         find_family("disbanding-locl")
 

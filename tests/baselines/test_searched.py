@@ -8,12 +8,15 @@ from typing import Any
 
 import pytest
 
+from cps_agents.learning.recipe import Recipe
+from cps_agents.recipes.finding import RECIPES
 from cps_baselines.family import find_family, play_family
 from cps_baselines.searched import searched
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import other
 from tests.episodes import spec_of
 
 SHORT: dict[str, dict[str, Any]] = {
@@ -22,41 +25,45 @@ SHORT: dict[str, dict[str, Any]] = {
     "hvac": {"num_steps": 260, "onset_step": 210},
     "rogue": {"duration_s": 6.0, "defense_action": "command", "contact": "solid"},
 }
-POLICIES = {  # reference -> problem, preset, name of its numbers, family, rival
-    "bayes": ("hvac", "learning", "bayes", "hvac-bayes-together", "tracker"),
-    "warm_tracker": ("hvac", "learning", "warm_tracker", "hvac-tracker-warm", "largest"),
-    "hypotheses": ("fdi", "learning", "hypotheses", "fdi-hypotheses", "tracker"),
-    "task_tracker": ("fdi", "learning", "task_tracker", "fdi-task-tracker", "cusum"),
-    "box_in": ("rogue", "paper", "box_in", "rogue-boxing-in", "square"),
-    "cacc": ("disbanding", "easy", "cacc", "disbanding-local", "lead"),
-    "cacc?told=broadcast": ("disbanding", "easy", "cacc_broadcast", "disbanding-broadcast", "lead"),
-    "cacc?told=radio": ("disbanding", "learning", "cacc_radio", "disbanding-radio", "lead"),
-    "cacc?told=robots": ("disbanding", "easy", "cacc_robots", "disbanding-broadcast", "lead"),
+KEPT = {
+    (problem, name): entry
+    for problem in PROBLEMS
+    for name, entry in json.loads(
+        files(f"cps_baselines.{problem}").joinpath("searched.json").read_text(encoding="utf-8")
+    ).items()
+}
+OPTIONS = {f"cacc_{told}": f"cacc?told={told}" for told in ("broadcast", "radio", "robots")}  # of one policy
+RIVALS = {
+    "disbanding": {"defender": "lead"},
+    "fdi": {"attacker": "cusum", "defender": "tracker"},
+    "hvac": {"attacker": "largest", "defender": "tracker"},
+    "rogue": {"defender": "square"},
 }
 
 
-@pytest.mark.parametrize("reference", POLICIES)
-def test_a_policy_plays_its_family_by_the_searched_numbers(reference: str) -> None:
-    name, preset, policy, family_name, rival = POLICIES[reference]
-    problem, family = PROBLEMS[name], find_family(family_name)
-    config = problem.config(preset, SHORT[name])
-    numbers = searched(name, policy)
+def recipe_of(entry: dict[str, Any]) -> Recipe:
+    """That of the command that searched the numbers."""
+    _, command, recipe, *_ = entry["command"].split()
+    assert command == "train"
+    return RECIPES[recipe]
+
+
+@pytest.mark.parametrize(("problem", "name"), KEPT)
+def test_a_policy_plays_its_family_by_the_searched_numbers(problem: str, name: str) -> None:
+    numbers, recipe = searched(problem, name), recipe_of(KEPT[problem, name])
+    family, found = find_family(recipe.family), PROBLEMS[problem]
+    config = found.config(recipe.preset, {**recipe.overrides, **SHORT[problem]})
     assert tuple(numbers) == family.names
-    players: Any = {family.role: reference, "defender" if family.role == "attacker" else "attacker": rival}
-    expected = play_family(family, problem, config, rival, family.row(numbers), [3])["return"]
-    assert play_episodes(problem, config, players, [3])["return"] == pytest.approx(expected, abs=1e-9)
+    rival = RIVALS[problem][family.role]
+    players: Any = {family.role: OPTIONS.get(name, name), other(family.role): rival}
+    expected = play_family(family, found, config, rival, family.row(numbers), [3])["return"]
+    assert play_episodes(found, config, players, [3])["return"] == pytest.approx(expected, abs=1e-9)
 
 
-@pytest.mark.parametrize("problem", PROBLEMS)
-def test_searched_numbers_say_how_to_search_them_again(problem: str) -> None:
-    from cps_agents.recipes.finding import RECIPES
-
-    kept = json.loads(files(f"cps_baselines.{problem}").joinpath("searched.json").read_text(encoding="utf-8"))
-    for entry in kept.values():
-        _, command, recipe, *_ = entry["command"].split()
-        assert command == "train"
-        assert set(entry["numbers"]) == set(find_family(RECIPES[recipe].family).names)
-        assert len(entry["commit"]) == 12
+@pytest.mark.parametrize("entry", KEPT.values(), ids=map("-".join, KEPT))
+def test_searched_numbers_say_how_to_search_them_again(entry: dict[str, Any]) -> None:
+    assert set(entry["numbers"]) == set(find_family(recipe_of(entry).family).names)
+    assert len(entry["commit"]) == 12
 
 
 def test_each_number_is_an_option() -> None:

@@ -63,7 +63,7 @@ TRACKED = (
     Number("noise", 1.0, 0.2, by_factors=True),
     Number("cap_c", 10.0, 0.4, by_factors=True),
 )
-TRACKER_COLD = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=False))
+TRACKER = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=False))
 TRACKER_WARM = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=True))
 
 
