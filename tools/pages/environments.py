@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Iterator
 from dataclasses import fields
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -22,6 +23,7 @@ from cps_envs.core.types import ROLES, Array, Role
 from tools.pages.diagram import LOOPS, diagram
 
 MARK = "<!-- Written by `make pages` from the docstrings of environments and policies; do not edit. -->\n"
+DOCS = Path(__file__).parents[2] / "docs"
 ENDS = "## References"  # what we add goes before it
 LONGEST = 4  # entries of an action that are written out where they are equal
 
@@ -39,23 +41,22 @@ def pages() -> dict[str, str]:
 
 def index() -> str:
     """The page that lists all games and their environments."""
-    lines = ["# Games\n", MARK]
+    lines = [f"# Games\n\n{MARK}"]
     lines.append(
         "Each game has a page of its own: what it is about, who knows what, how to attack and defend, and what the "
         "baselines reach. Each role has a page with its actions, observations and rewards.\n"
     )
-    lines += ["| game | attack | defend | both roles |", "|---|---|---|---|"]
     for problem in PROBLEMS.values():
-        cells = [f"[{problem.name}](../{problem.name}.md): {problem.summary}"]
-        cells += [f"[`{problem.env_id(role)}`]({class_name(problem, role)}.md)" for role in ROLES]
-        cells.append(f"[teams, presets, arguments]({problem.name}.md)")
-        lines.append(f"| {' | '.join(cells)} |")
+        title = (DOCS / f"{problem.name}.md").read_text(encoding="utf-8").partition("\n")[0].lstrip("# ")
+        roles = [f"[`{problem.env_id(role)}`]({class_name(problem, role)}.md)" for role in ROLES]
+        lines.append(f"## [{title}](../{problem.name}.md)\n\n![An episode](../images/{problem.name}.gif)\n")
+        lines.append(f"{problem.summary}\n\n{', '.join(roles)}, [teams, presets, arguments]({problem.name}.md)\n")
     discrete = [f"`{problem.discrete_id(role)}`" for problem in PROBLEMS.values() for role in problem.discrete]
     lines.append(
-        f"\n{', '.join(discrete)} offer MultiDiscrete roles to learners that know only Discrete actions. Each action "
-        "changes one entry and holds the others."
+        f"## Discrete actions\n\n{', '.join(discrete)} offer MultiDiscrete roles to learners that know only Discrete "
+        "actions. Each action changes one entry and holds the others.\n"
     )
-    lines += ["\n```{toctree}\n:hidden:\n", *(f"../{name}" for name in PROBLEMS), "```"]
+    lines += ["```{toctree}\n:hidden:\n", *(f"../{name}" for name in PROBLEMS), "```"]
     return "\n".join(lines) + "\n"
 
 
