@@ -49,7 +49,6 @@ class Game(ABC):
         self.terminated: BoolArray = np.zeros(num_envs, np.bool_)  # (B,) ended by physics
         self.threads = Threads(1, num_envs)
         self._latest = UNKNOWN  # at least the largest entry of `elapsed`
-        self._mask_parts: dict[Role, tuple[slice, ...]] = {}
 
     def reset(self, envs: BoolArray, generators: Generators) -> None:
         """Start new episodes in the marked environments (B,), each drawing from its own of the B generators."""
@@ -114,14 +113,6 @@ class Game(ABC):
         """Legal actions (k,) of one environment as a fresh int8 array; None where all are legal."""
         mask = self.action_mask(role)
         return None if mask is None else mask[b].astype(np.int8)
-
-    def mask_parts(self, role: Role) -> tuple[slice, ...]:
-        """Where the entries of a MultiDiscrete role lie in its flattened mask; none for other action spaces."""
-        if role not in self._mask_parts:
-            counts = np.ravel(getattr(self.action_space[role], "nvec", ())).astype(int).tolist()
-            ends = np.cumsum(counts).tolist()
-            self._mask_parts[role] = tuple(slice(end - count, end) for count, end in zip(counts, ends, strict=True))
-        return self._mask_parts[role]
 
     @abstractmethod
     def metrics(self) -> dict[str, Array]:

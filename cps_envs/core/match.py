@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import gcd
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +15,6 @@ from cps_envs.core.generators import children
 from cps_envs.core.policy import Generators, Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
-
-OnDecision: TypeAlias = Callable[[FloatArray, BoolArray], None]
 
 
 class Match:
@@ -105,24 +103,17 @@ class Match:
         num_steps: int,
         times: int,
         limit: int,
-        on_decision: OnDecision | None = None,
     ) -> FloatArray:
         """`step` so many times with the same actions, and nothing observed in between.
 
-        An environment that has ended, or gone `limit` game steps, stands still. `on_decision` is told the payoff (B,)
-        of each time and the environments (B,) that moved. Returns the sum of the payoffs.
+        An environment that has ended, or gone `limit` game steps, stands still. Returns the sum of the payoffs.
         """
         payoff = self.step(actions, envs, num_steps)
-        if on_decision is not None:
-            on_decision(payoff, envs)
         for _ in range(1, times):
             envs = envs & ~self.game.terminated & (self.game.elapsed < limit)
             if not envs.any():
                 break
-            paid = self.step(actions, envs, num_steps)
-            payoff = payoff + paid
-            if on_decision is not None:
-                on_decision(paid, envs)
+            payoff = payoff + self.step(actions, envs, num_steps)
         return payoff
 
     def _decide(self, role: Role, envs: BoolArray) -> None:

@@ -42,19 +42,6 @@ def test_nothing_is_observed_while_an_action_is_held(monkeypatch: pytest.MonkeyP
     assert looks == ["defender"] * 2  # after the reset and after the step
 
 
-def test_each_decision_of_a_held_action_can_be_watched() -> None:
-    told = []
-    env = ToyDefenseVectorEnv(2, frame_skip=5, autoreset_mode=AutoresetMode.DISABLED, **QUIET)
-    env.on_decision = lambda payoff, moved: told.append((payoff, moved.tolist()))
-    env.reset(seed=0)
-    _, reward, *_ = env.step(np.zeros((2, 2)))
-    assert [moved for _, moved in told] == [[True, True]] * 5
-    np.testing.assert_allclose(reward, -np.sum([payoff for payoff, _ in told], axis=0))
-    env.game.terminated[1] = True
-    env.step(np.zeros((2, 2)))
-    assert [moved for _, moved in told[5:]] == [[True, True], *[[True, False]] * 4]
-
-
 def test_environments_in_a_batch_are_held_each_to_its_own_end() -> None:
     env = ToyDefenseVectorEnv(2, frame_skip=5, autoreset_mode=AutoresetMode.DISABLED, **QUIET)
     env.reset(seed=0)

@@ -147,15 +147,13 @@ def test_payoffs_of_the_decisions_within_a_step_add_up() -> None:
     np.testing.assert_allclose(payoff, played.closeness + played.fee, rtol=1e-12)
 
 
-def test_nobody_is_told_of_decisions_in_which_nothing_moved() -> None:
+def test_held_actions_are_paid_until_the_limit() -> None:
     played = game()
     match = Match(played, {"defender": Witness([0, 0])})
     match.reset(ALL, generators())
-    told: list[Any] = []
-    payoff = match.hold({}, ALL, 1, 5, 2, lambda paid, moved: told.append((paid, moved.tolist())))
-    assert [moved for _, moved in told] == [[True] * 3] * 2
-    np.testing.assert_allclose(payoff, np.sum([paid for paid, _ in told], axis=0))
+    payoff = match.hold({}, ALL, 1, 5, 2)
     assert played.elapsed.tolist() == [2, 2, 2]
+    np.testing.assert_allclose(payoff, played.closeness + played.fee, rtol=1e-12)
 
 
 def test_beliefs_are_told_by_players_who_have_some_and_have_decided() -> None:

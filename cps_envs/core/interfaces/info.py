@@ -21,18 +21,6 @@ def episode_info(game: Game, role: Role, b: int = 0) -> dict[str, Any]:
     return info
 
 
-def agent_info(game: Game, role: Role) -> dict[str, Any]:
-    """The info of one agent: that of environment 0, with the mask in the form that `action_space.sample(mask)` takes.
-
-    That is a tuple of arrays for MultiDiscrete, as PettingZoo expects; Gymnasium's vector environments cannot hold it.
-    """
-    info = episode_info(game, role)
-    parts = game.mask_parts(role)
-    if parts and "action_mask" in info:
-        info["action_mask"] = tuple(info["action_mask"][part] for part in parts)
-    return info
-
-
 def batch_info(game: Game, role: Role, envs: BoolArray | None = None) -> dict[str, Any]:
     """The info of the marked environments (default: all) in the layout of Gymnasium's vector form.
 

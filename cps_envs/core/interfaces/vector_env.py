@@ -18,7 +18,6 @@ from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.interfaces.options import check_autoreset, check_count, check_options
 from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.policy import Generators
 from cps_envs.core.problem import Problem
@@ -66,7 +65,6 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self._match = self.problem.match(self.config, num_envs, {rival: self.opponent})
         self.game = self._match.game
         self.game.use_threads(check_count("num_threads", num_threads))
-        self.on_decision: OnDecision | None = None  # told the payoff of each decision that an action is held for
         self._interval = self.game.decision_interval[self.role]
         self._limit = self.game.horizon
         if max_episode_steps is not None:
@@ -111,9 +109,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         if self._any_ended:  # environments that NEXT_STEP resets instead of stepping
             live = ~self._ended
             self._match.reset(self._ended, self._generators)
-        payoff = self._match.hold(
-            {self.role: checked}, live, self._interval, self.frame_skip, self._limit, self.on_decision
-        )
+        payoff = self._match.hold({self.role: checked}, live, self._interval, self.frame_skip, self._limit)
         terminated, truncated = np.empty(self.num_envs, np.bool_), np.empty(self.num_envs, np.bool_)
         self._any_ended = mark_ends(game.terminated, game.elapsed, self._limits, live, terminated, truncated) > 0
         self._ended = terminated | truncated if self._any_ended else self._nobody
