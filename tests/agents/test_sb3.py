@@ -198,5 +198,5 @@ def test_missing_library_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.delitem(sys.modules, "cps_agents.sb3")
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(MissingExtraError, match=r"cps-envs\[train\]"):
+    with pytest.raises(MissingExtraError, match=r"cps-envs\[sb3\]"):
         importlib.import_module("cps_agents.sb3")

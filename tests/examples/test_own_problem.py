@@ -72,7 +72,7 @@ def test_the_command_line_plays_it(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It trains, and its trained policy plays in a league and is judged."""
-    for extra in ("scipy", "matplotlib", "sb3_contrib"):
+    for extra in ("scipy", "matplotlib", "torch"):
         pytest.importorskip(extra)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("CPS_ENVS_MEETINGS", str(tmp_path / "meetings"))
@@ -84,7 +84,7 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
 
     tiny = "--knob num_envs=4 --knob steps_per_update=32 --knob evaluation_episodes=2 --seeds 1 --steps 128"
     command(f"train own_problem:own_problem/TankAttack-v0 {tiny}")
-    mine, every = "zoo:runs/tank-attacker-ppo/seed-0", "league own_problem:TANK --attacker all --episodes 20"
+    mine, every = "zoo:runs/tank-attack/seed-0", "league own_problem:TANK --attacker all --episodes 20"
     assert "Value of the game" in command(f"{every} --attacker {mine}")
     assert "Played before: 9 meetings" in command("reproduce benchmark own_problem:TANK")
     judged = command(f"evaluate own_problem:TANK attacker --attacker {mine} --baseline own_problem:Bias --episodes 20")
