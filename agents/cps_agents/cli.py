@@ -245,7 +245,7 @@ class Everything(Commands):
         self.commands = {name: Deferred(name, entry) for name, entry in COMMANDS.items()}
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """All names."""
+        """The names of all commands."""
         return list(self.commands)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

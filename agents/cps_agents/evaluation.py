@@ -70,7 +70,7 @@ def certified_metrics(path: Path, config: Any, episodes: int) -> Mapping[str, Fl
 
 
 def _check(row: Entry) -> None:
-    """That a row has what is read from it, as `cps-envs certify --episodes` wrote it."""
+    """Check that a row has what is read from it, as `cps-envs certify --episodes` wrote it."""
     row["task"].text()
     row["status"].text(STATUSES)
     row["wall_s"].number(0)
@@ -112,7 +112,7 @@ class Standing:
         return None not in (self.worst_seed, low, high) and not low <= self.worst_seed <= high  # type: ignore[operator]
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data."""
+        """The table as plain data."""
         return {
             "opponent": self.opponent,
             "policy": self.policy,

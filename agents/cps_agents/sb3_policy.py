@@ -59,7 +59,7 @@ class StickyPolicy(ActorCriticPolicy):
         return super().evaluate_actions(obs, actions)
 
     def get_distribution(self, obs: Any) -> Distribution:
-        """Of the actions."""
+        """The distribution of the actions."""
         self._build_last(obs)
         return super().get_distribution(obs)
 

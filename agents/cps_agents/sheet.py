@@ -72,7 +72,7 @@ class Sheet:
         return csv_text(self.columns, [list(map(plain, row)) for row in self.rows])
 
     def to_json(self) -> dict[str, Any]:
-        """As a page for the browser takes it."""
+        """The sheet as a page in the browser takes it."""
         return {
             "title": self.title,
             "headings": list(self.columns),

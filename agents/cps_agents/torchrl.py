@@ -163,7 +163,7 @@ class DuelEnv(EnvBase):
 
 
 def _action_spec(player: WiredPlayer, shape: tuple[int, int]) -> Any:
-    """Of the agents' actions (B, A, ...)."""
+    """The specification of the agents' actions (B, A, ...)."""
     space, choices = player.wired.adapter.action_space, player.wired.choices
     if not choices:
         return Bounded(-1.0, 1.0, (*shape, *(space.shape or ())))

@@ -61,7 +61,7 @@ def visits(problem: Problem) -> Iterator[Visit]:
 
 
 def _interfaces(problem: Problem, preset: str) -> Iterator[Visit]:
-    """Those of the problem's ids; a problem without ids, such as the test bed, is played from inside."""
+    """The interfaces of a problem's ids. A problem without ids, such as the test bed, is played from inside."""
     if problem.env_id("attacker") not in gymnasium.registry:
         yield Visit(problem.name, preset, partial(_match, problem, preset, {}, problem.opponents[preset]))
         return

@@ -68,7 +68,7 @@ def written(name: str, **options: Any) -> str:
 
 
 def tracks() -> Mapping[str, Track]:
-    """All eight by name."""
+    """All eight tracks by name."""
     found = (each for problem in PROBLEMS for each in import_module(f"cps_baselines.{problem}.tracks").TRACKS)
     return {track.name: track for track in found}
 

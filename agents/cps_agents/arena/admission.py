@@ -124,6 +124,6 @@ def check_known(role: Role, reference: str, admission: Admission) -> None:
 
 
 def able(venue: Venue, role: Role, references: Sequence[str]) -> tuple[Contestant, ...]:
-    """Those that can play a role and know no more than they observe."""
+    """The contestants that can play a role and know no more than they observe."""
     found = [(each, admit(venue, role, each)) for each in contestants(venue, references)]
     return tuple(each for each, admission in found if not (admission.refusal or admission.privileged))

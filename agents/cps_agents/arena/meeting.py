@@ -97,7 +97,7 @@ class Job(Protocol):
 
     @property
     def label(self) -> str:
-        """For progress."""
+        """Its name in progress bars."""
 
     def run(self) -> Result:
         """Do the work."""
@@ -128,7 +128,7 @@ def attempt(job: Job) -> Result:
 
 
 def identity(job: Job) -> dict[str, Any]:
-    """All that a job's result hangs on, as plain data: a venue counts by its configuration, a label not at all."""
+    """All that a job's result depends on, as plain data: a venue counts by its configuration, a label not at all."""
     plain = {"kind": job.kind, **asdict(cast(Any, job))}
     plain.pop("label", None)
     venue = getattr(job, "venue", None)

@@ -53,7 +53,7 @@ class Table:
         return range(self.first_seed, self.first_seed + self.episodes)
 
     def players(self, role: Role) -> Sequence[Contestant]:
-        """Those of a role, at the end the bars that are not among them."""
+        """The contestants of a role; at the end the bars that are not among them."""
         mine = self.attackers if role == "attacker" else self.defenders
         names = {each.name for each in mine}
         return mine if role != self.judged else (*mine, *(each for each in self.bars if each.name not in names))
@@ -69,7 +69,7 @@ class Table:
         return [(row, column) for row in rows for column in columns]
 
     def pair(self, pair: Pair) -> dict[Role, Contestant]:
-        """Who they are."""
+        """The names of the two that meet."""
         return {role: self.players(role)[place] for role, place in zip(ROLES, pair, strict=True)}
 
     def episodes_of(self, pair: Pair) -> int:
@@ -77,7 +77,7 @@ class Table:
         return next(filter(None, (each.episodes for each in self.pair(pair).values())), self.episodes)
 
     def label(self, pair: Pair) -> str:
-        """For progress."""
+        """Its name in progress bars."""
         attacker, defender = (each.name for each in self.pair(pair).values())
         return f"{self.name} {attacker} {defender}" if self.name else f"{attacker} - {defender}"
 

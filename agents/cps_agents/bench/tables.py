@@ -63,7 +63,7 @@ def _label(row: Row, group: str) -> str:
 
 
 def yardsticks(found: Findings, machine: dict[str, Any]) -> str:
-    """By what everything was measured, and on what machine."""
+    """The yardsticks that everything was measured by, and the machine."""
     lines = [f"{machine['cpu']}, Python {machine['python']}; CPU time of one process, the best of several rounds."]
     lines += [
         f"A step of a single CartPole takes {each.cartpole_us:.1f} us. The simplest vehicle in a compiled loop makes "

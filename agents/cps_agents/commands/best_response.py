@@ -125,7 +125,7 @@ def _question(
 
 
 def _against(role: Role, attacker: list[str] | None, defender: list[str] | None) -> list[str]:
-    """Whom to respond to: policies of the other role."""
+    """The policies of the other role to respond to."""
     rival = other(role)
     own, against = (defender, attacker) if rival == "attacker" else (attacker, defender)
     if own or not against:

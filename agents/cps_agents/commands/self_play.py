@@ -114,7 +114,7 @@ def _game(
     budget: Budget,
     store: Store,
 ) -> SelfPlayGame:
-    """With those of the policies asked for that can play, and see and act as the venue has it: they are mixed."""
+    """A self-play with those of the named policies that can play, observing and acting as the venue does."""
     with Workers(budget.workers) as pool:
         table, left_out = line_up(asked(venue, references, episodes), references, store, pool)
     for (role, reference), reason in left_out.items():

@@ -105,7 +105,7 @@ def train(
 
 
 def _opponent(recipe: Recipe, named: Mapping[Role, str | None]) -> dict[str, str]:
-    """Whom a recipe trains against, where that was said."""
+    """The opponent to train against, where one was named."""
     if named[recipe.role] is not None:
         raise CommandError(f"{recipe.name} trains the {recipe.role}: name its opponent with --{other(recipe.role)}")
     rival = named[other(recipe.role)]

@@ -52,12 +52,12 @@ def warm(
 
 
 def _problems(names: list[str]) -> list[Problem]:
-    """Those that are named, by default all of them, the test bed too."""
+    """The problems that are named; by default all of them, the test bed too."""
     return [find_problem(name) for name in names or (*PROBLEMS, *BESIDE)]
 
 
 def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
-    """Each problem's, in processes of their own if there are several of both."""
+    """Warm each problem, in processes of their own if there are several problems and several are allowed."""
     todo = [(problem.name, list(visits(problem))) for problem in problems]
     done, total = 0, sum(len(uses) for _, uses in todo)
     found = {}

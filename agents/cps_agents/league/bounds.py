@@ -59,12 +59,12 @@ class LeagueOutcome:
 
     @property
     def steps(self) -> int:
-        """Of all oracles."""
+        """Steps that all oracles took."""
         return sum(found.steps for each in self.iterations for found in each.responses.values())
 
     @property
     def cpu_s(self) -> float:
-        """Of all oracles."""
+        """CPU seconds that all oracles took."""
         return sum(found.cpu_s for each in self.iterations for found in each.responses.values())
 
 

@@ -116,7 +116,7 @@ def _checked(payoff: FloatArray) -> FloatArray:
 
 
 def _spread(payoff: FloatArray) -> float:
-    """By which entries are scaled for the programs; 1 where all are the same."""
+    """The number by which payoffs are divided before the linear programs; 1 where all are the same."""
     return float(np.ptp(payoff)) or 1.0
 
 

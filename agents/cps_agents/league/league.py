@@ -45,17 +45,17 @@ class League:
 
     @cached_property
     def equilibrium(self) -> Equilibrium:
-        """Of the means."""
+        """The equilibrium of the mean payoffs."""
         return solve(self.payoffs.means)
 
     @cached_property
     def value(self) -> Estimate:
-        """Of the game of the true means; without an interval for a single episode."""
+        """The value of the game of the true means; without an interval for a single episode."""
         return game_value(self.payoffs.values)
 
     @cached_property
     def dominated(self) -> dict[Role, Dominators]:
-        """By which strategy of its own role each policy is strictly dominated."""
+        """For each policy the strategy of its own role that strictly dominates it, where there is one."""
         means = self.payoffs.means
         return {"attacker": dominating(means), "defender": dominating(-means.T)}
 

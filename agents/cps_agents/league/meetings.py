@@ -32,7 +32,7 @@ Clash: TypeAlias = tuple[Member, Member]
 
 
 def find_clashes(table: Table, pool: Workers) -> dict[Clash, str]:
-    """Who cannot meet, and why; players that see and act in one form can, as each of them was admitted in it."""
+    """The pairs that cannot meet, and why. Players that see and act in one form can: each was admitted in it."""
     pairs = [
         (attacker, defender)
         for attacker, defender in product(table.attackers, table.defenders)
@@ -62,7 +62,7 @@ def clash(venue: Venue, pair: tuple[Contestant, Contestant]) -> str:
 
 
 def left_out_for(clashes: Mapping[Clash, str], asked: Mapping[Role, Sequence[str]]) -> LeftOut:
-    """Whom to leave out so that all others can meet, and why.
+    """The policies to leave out so that all others can meet, and why.
 
     Those with most clashes go first; of equals, one that nobody asked for by name, and a computed one.
     """

@@ -95,12 +95,12 @@ class Responses:
 
     @property
     def steps(self) -> int:
-        """Of all oracles and seeds."""
+        """Steps that all oracles and training seeds took."""
         return sum(each.steps for each in self.found)
 
     @property
     def cpu_s(self) -> float:
-        """Of all oracles and seeds."""
+        """CPU seconds that all oracles and training seeds took."""
         return round(sum(each.cpu_s for each in self.found), 1)
 
 

@@ -32,7 +32,7 @@ class SearchJob(InVenue):
 
     @property
     def label(self) -> str:
-        """For progress."""
+        """Its name in progress bars."""
         return self.search.name
 
     def run(self) -> Result:

@@ -48,7 +48,7 @@ class SelfPlayGame:
     cpu_s: float | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data: what a run that goes on must have in common with what is there."""
+        """The game as plain data: a run that is resumed must have the same."""
         oracles = {role: [asdict(oracle) for oracle in chosen] for role, chosen in self.oracles.items()}
         found: dict[str, Any] = json.loads(to_json({**asdict(self), "oracles": oracles}))
         return found
@@ -119,7 +119,7 @@ def starting_pool(game: SelfPlayGame) -> Pool:
 
 
 def _grown(pool: Pool, iteration: Iteration) -> Pool:
-    """With the responses that are not there yet."""
+    """The pool of policies, with the responses that are not in it yet."""
     name = f"response {iteration.number + 1}"
     new = {role: Contestant(name, iteration.responses[role].chosen.reference) for role in ROLES}
     return {

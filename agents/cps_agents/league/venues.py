@@ -49,7 +49,7 @@ def forms_of(strategy: Strategy, venue: Venue) -> dict[str, Any]:
 
 
 def merged(overrides: Sequence[Mapping[str, Any]], whose: str) -> dict[str, Any]:
-    """All overrides together.
+    """The overrides of all of them together.
 
     Raises:
         CommandError: two of them set a field differently.

@@ -40,7 +40,7 @@ class PolicyNetwork(nn.Module):
 
     @property
     def last_bias(self) -> nn.Parameter:
-        """Of the policy's last layer: what it plays whatever it sees."""
+        """The bias of the policy's last layer: how the policy plays whatever it sees."""
         bias: nn.Parameter = self.policy[-1].bias  # type: ignore[assignment]
         return bias
 

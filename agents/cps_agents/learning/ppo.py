@@ -109,7 +109,7 @@ class Learner:
 
     @property
     def share(self) -> float:
-        """Of the budget that is used up, 0 to 1."""
+        """The share of the budget that is used up, 0 to 1."""
         settings = self.settings
         used = [self.steps / settings.steps] if settings.steps > 0 else []
         used += [self.cpu_s / settings.cpu_s] if settings.cpu_s > 0 else []

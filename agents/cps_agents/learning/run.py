@@ -102,7 +102,7 @@ class Run:
 
 
 def _check(found: Entry) -> None:
-    """That what other runs rely on is there as `Run.write` wrote it."""
+    """Check that a run's folder holds what others read from it, as `Run.write` wrote it."""
     found["recipe"].entries()
     found["seed"].whole(0, MOST_STEPS)
     found["status"].text((RUNNING, INTERRUPTED, FINISHED))

@@ -195,7 +195,7 @@ class Keeper:
         self._note()
 
     def say(self, progress: LearningProgress) -> None:
-        """One line."""
+        """Print one line."""
         paid = "" if np.isnan(progress.training_return) else f"return {progress.training_return:.3g}, "
         speed = f"{progress.steps_per_s:,.0f} steps/CPU s, {progress.left_s:.0f} CPU s left" if progress.steps else ""
         note = f"{paid}{self._validation}, {speed}".rstrip(", ")

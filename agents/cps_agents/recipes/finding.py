@@ -58,7 +58,7 @@ def find_recipe(name: str, algorithm: str | None = None) -> Recipe:
 
 
 def usual_recipe(problem: str, role: Role, algorithm: str | None = None) -> Recipe:
-    """That of our own PPO, or a policy search with the usual knobs, for a problem by its name or its reference."""
+    """The usual recipe of a role: our own PPO, or a policy search. The problem is a name or a reference."""
     found = learning_recipe(find_problem(problem), role, problem)
     if algorithm != SEARCH:
         return found

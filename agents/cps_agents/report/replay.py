@@ -123,7 +123,7 @@ class Take:
 
     @property
     def label(self) -> str:
-        """For progress."""
+        """Its name in progress bars."""
         return f"{self.meeting.label}, seed {self.seed}"
 
 

@@ -78,7 +78,7 @@ class Agreement:
 
 
 def agreement(rows: Sequence[BoardEntry]) -> Agreement | None:
-    """That of a board; nothing where fewer than two ranks are above 0."""
+    """How alike two halves of the episodes rank a board; None where fewer than two ranks are above 0."""
     above = [row for row in rows if row.rank and row.score.estimate.mean > 0]
     pairs = np.array(list(combinations(range(len(above)), 2))).reshape(-1, 2)
     apart = np.array([above[one].rank != above[two].rank for one, two in pairs], bool)
@@ -153,5 +153,5 @@ def _best(rows: Sequence[BoardEntry]) -> str:
 
 
 def boards(folder: Path | None = None) -> dict[str, list[BoardEntry]]:
-    """All eight."""
+    """The boards of all eight tracks, by name."""
     return {name: board(track, folder) for name, track in tracks().items()}

@@ -41,7 +41,7 @@ class Frozen:
 
     @property
     def span(self) -> float:
-        """From score 0 to score 100; positive for attackers, negative for defenders."""
+        """The pay from score 0 to score 100; positive for attackers, negative for defenders."""
         return self.told - self.zero
 
     def values(self, split: str, place: int, paid: FloatArray) -> FloatArray:

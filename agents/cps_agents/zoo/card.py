@@ -90,7 +90,7 @@ class Card:
             raise ValueError("a policy of a family, or a mixture, and no other, has numbers with names")
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data, without a judgement and wiring that it has not."""
+        """The card as plain data; a judgement or a wiring that it does not have is left out."""
         return {name: each for name, each in asdict(self).items() if each or name != "wiring"}
 
 

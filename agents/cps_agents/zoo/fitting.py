@@ -14,7 +14,7 @@ from cps_envs.registration import find_problem
 
 
 def check_role(card: Card, spec: RoleSpec, version: int | None) -> None:
-    """That a card is of this role; `version` is that of the problem, None where it does not matter.
+    """Check that a card is of this role; `version` is that of the problem, None where it does not matter.
 
     Raises:
         ConfigurationError: it is of another problem, role or version.

@@ -70,7 +70,7 @@ def _training(card: Card) -> str:
 
 
 def _began(card: Card) -> list[str]:
-    """That learning began as a controller plays, if it did."""
+    """A sentence that learning began as a controller plays, if it did."""
     name, role = str(card.wiring.get("adapter", "")), next(role for role in ROLES if role == card.role)
     entry = policy_entry(card.problem, role, name) if name else None
     if entry is None or advised_by(entry.load()) is None:

@@ -93,7 +93,7 @@ def network_of(tensors: Mapping[str, Array], activation: str) -> Network:
 
 
 def check_fit(network: Network, observation_size: int, outputs: int) -> None:
-    """That a network reads this many observed values and has this many outputs.
+    """Check that a network reads this many observed values and has this many outputs.
 
     Raises:
         ValueError: it does not.

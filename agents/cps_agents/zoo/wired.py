@@ -54,7 +54,7 @@ class WiredPolicy(AnalyticPolicy):
         self._last = slice(columns.scaled, columns.scaled + columns.last_action)
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """Of each episode: its generator, and the state of the wiring."""
+        """The state of each episode: its generator, and the state of the wiring."""
         own = np.empty(len(generators), object)
         own[:] = generators
         return own, *self.wired.begin(len(generators))

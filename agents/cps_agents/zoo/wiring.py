@@ -13,7 +13,7 @@ MOST_STICKINESS = 100.0
 
 
 def check_wiring(entry: Mapping[str, Any]) -> None:
-    """That the entry has what a wiring needs, and nothing else.
+    """Check that the entry has what a wiring needs, and nothing else.
 
     Raises:
         ValueError: it has not.
