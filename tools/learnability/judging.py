@@ -34,7 +34,7 @@ UNTRAINED, CONSTANTS, ANALYTIC, TRAINED, TOLD = "start", "best constant", "best 
 HELD_OUT: Mapping[str, tuple[str, ...]] = {  # opponents that training does not meet
     "RogueAttack": ("sliding_detection",),
     "RogueDefense": ("contested?against=assigned",),
-    "FdiAttack": ("bank",),
+    "FdiAttack": ("redundant_cusum", "zoo:fdi-defense"),
     "FdiDefense": ("mimic?acceleration_mps2=0.4", "mimic?acceleration_mps2=0.6"),
     "HvacAttack": ("mtd2",),
     "HvacDefense": ("shaped",),
