@@ -92,7 +92,7 @@ def of_sizes() -> Iterator[Figure]:
 
 def of_judging() -> Iterator[Figure]:
     """What judges, and what a policy that is shipped has to be told to."""
-    judging = [file for place in JUDGING for file in files_at(place)]
+    judging = sorted({file for place in JUDGING for file in files_at(place)})
     yield Figure("judging, lines", 10_300, 6_500, lines_of(judging))
     yield Figure("judging, classes", 86, 45, sum(len(classes_of(file)) for file in judging))
     above = (file for file in shipped() if not file.is_relative_to(PACKAGES["cps_envs"]))  # games declare no tables

@@ -16,7 +16,7 @@ from cps_envs.core.types import Role
 
 
 @dataclass(frozen=True)
-class Search:
+class SearchSpace:
     """A policy with numbers in it, which are searched by CMA-ES."""
 
     name: str  # short, such as "tracker"
@@ -32,7 +32,7 @@ class Side:
     policies: tuple[Contestant, ...] = ()  # that see no more than the role does; `none`, the neutral one, included
     constants: tuple[str, ...] = ()  # policies that take one action, all or a grid of them, such as "always?action=1"
     informed: tuple[Contestant, ...] = ()  # told what the role has to infer
-    searches: tuple[Search, ...] = ()  # together they share the budget of CPU time
+    searches: tuple[SearchSpace, ...] = ()  # together they share the budget of CPU time
 
 
 def side_of(problem: str, role: Role) -> Side:

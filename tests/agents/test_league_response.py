@@ -30,7 +30,7 @@ from cps_agents.learning.recipe import SHARED, Recipe
 from cps_agents.learning.shared import make_learner
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.contest import Search
+from cps_baselines.contest import SearchSpace
 from cps_envs import find_problem
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
@@ -165,7 +165,7 @@ def test_oracles_that_cannot_are_left_out_and_validation_chooses(tmp_path: Path)
 def test_a_search_goes_on_where_a_candidate_cannot_play() -> None:
     small = {"num_platoons": 3, "vehicles_per_platoon": 2, "duration_s": 5.0}
     venue = Venue("disbanding", "paper", small)
-    some = Search("timed", "timed?jam=9", {"first": (1.0, 9.0)}, {"first": 1.0})  # nobody can jam here
+    some = SearchSpace("timed", "timed?jam=9", {"first": (1.0, 9.0)}, {"first": 1.0})  # nobody can jam here
     job = SearchJob(venue, "attacker", "none", some, 60.0, 1, 12, 1_000_000)
     found = job.run()
     assert found["score"] > 0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cps_agents.league.search import run_search, with_options
-from cps_baselines.contest import Search
+from cps_baselines.contest import SearchSpace
 from cps_envs.core.types import FloatArray
 
 
@@ -27,7 +27,7 @@ def test_a_search_finds_the_top_of_a_hill(ranges: Mapping[str, tuple[float, floa
         shares = [(places[name] - low) / (high - low) for name, (low, high) in ranges.items()]
         return np.full(len(seeds), -sum((share - 0.8) ** 2 for share in shares))
 
-    found = run_search(Search("hill", "plan?far=1", ranges), score, 1.0, 4, 1000)  # type: ignore[arg-type]
+    found = run_search(SearchSpace("hill", "plan?far=1", ranges), score, 1.0, 4, 1000)  # type: ignore[arg-type]
     assert found.policy.startswith("plan?far=1&x=")
     assert found.score > -1e-2
     assert found.candidates == len(tried)
@@ -40,9 +40,9 @@ def test_a_search_ends_with_its_budget_and_has_a_result_however_small_that_is() 
     def score(policy: str, seeds: object) -> FloatArray:
         return np.zeros(2)
 
-    found = run_search(Search("flat", "plan", {"x": (0.0, 1.0)}, {"x": 0.25}), score, 1e-9, 2, 0)
+    found = run_search(SearchSpace("flat", "plan", {"x": (0.0, 1.0)}, {"x": 0.25}), score, 1e-9, 2, 0)
     assert found.policy == "plan?x=0.25"
-    assert run_search(Search("nothing", "plan", {}), score, 1e-9, 2, 0).policy == "plan"
+    assert run_search(SearchSpace("nothing", "plan", {}), score, 1e-9, 2, 0).policy == "plan"
 
 
 def test_options_are_written_so_that_they_can_be_read() -> None:

@@ -15,7 +15,7 @@ from cps_agents.league.venues import form_of_recipe
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe, usual_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.contest import Search, side_of
+from cps_baselines.contest import SearchSpace, side_of
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
 
@@ -29,7 +29,7 @@ class Oracle:
 
     name: str  # its own, in tables and as a folder
     recipe: Recipe | None = None
-    searches: tuple[Search, ...] = ()
+    searches: tuple[SearchSpace, ...] = ()
 
 
 def choose_oracles(problem: str, role: Role, names: Sequence[str] = (SHARED,)) -> list[Oracle]:

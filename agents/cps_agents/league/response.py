@@ -23,7 +23,7 @@ from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situat
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.contest import Search
+from cps_baselines.contest import SearchSpace
 from cps_baselines.workers import Workers
 from cps_envs.core.seeds import TRAINING_START, VALIDATION
 from cps_envs.core.types import SIGN, FloatArray, Role, other
@@ -216,7 +216,7 @@ def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, ti
         yield Response(oracle.name, seed, best["policy"], steps * per_episode, round(cpu_s, 1))
 
 
-def _fitting(oracle: Oracle, role: Role, venue: Venue) -> list[Search]:
+def _fitting(oracle: Oracle, role: Role, venue: Venue) -> list[SearchSpace]:
     """The searches of an oracle whose policy can play a venue.
 
     Raises:

@@ -10,7 +10,7 @@ import numpy as np
 
 from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Venue
-from cps_baselines.contest import Search
+from cps_baselines.contest import SearchSpace
 from cps_baselines.evolution import Evolution
 from cps_envs.core.config import configure
 from cps_envs.core.errors import require
@@ -78,7 +78,7 @@ class _Account:
 
 
 def run_search(
-    search: Search, judge: Judge, budget_s: float, episodes: int, first_seed: int, most_episodes: int = 0
+    search: SearchSpace, judge: Judge, budget_s: float, episodes: int, first_seed: int, most_episodes: int = 0
 ) -> Candidate:
     """The best policy found in `budget_s` CPU seconds; each generation plays `episodes` new ones, from `first_seed` on.
 

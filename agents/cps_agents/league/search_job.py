@@ -10,7 +10,7 @@ import numpy as np
 
 from cps_agents.arena.meeting import InVenue, Result
 from cps_agents.league.search import Judge, judge_in, run_search
-from cps_baselines.contest import Search
+from cps_baselines.contest import SearchSpace
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray, Role
@@ -23,7 +23,7 @@ class SearchJob(InVenue):
     kind: ClassVar[str] = "answer"
     role: Role
     opponent: str  # reference
-    search: Search
+    search: SearchSpace
     budget_s: float  # CPU time
     episodes: int  # of a candidate
     most_episodes: int  # of all candidates; 0: as many as the time allows

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Search, Side
+from cps_baselines.contest import SearchSpace, Side
 from cps_envs.core.types import Role
 from cps_envs.disbanding.config import LEARNING
 
@@ -28,7 +28,7 @@ ATTACKERS = (
 DEFENDERS = tuple(map(Contestant, ("none", "heuristic", "mpc", "copy", "feedback", "string", "local")))
 
 PLATOONS, JAMS = (1.0, 5.0), (0.0, 9.0)
-TIMED = Search(
+TIMED = SearchSpace(
     "timed",
     "timed",
     {
@@ -42,7 +42,7 @@ TIMED = Search(
     },
     {"first": 1.0, "second": 2.0, "delay_s": 0.0, "pause_s": 60.0, "jam": 1.0, "jam_at": 1.0, "jam_s": -1.0},
 )
-ADAPTIVE = Search(
+ADAPTIVE = SearchSpace(
     "adaptive",
     "adaptive?look_s=20",
     {
@@ -81,8 +81,8 @@ SIDES: Mapping[Role, Side] = {
         constants=tuple(constant_corrections()),
         informed=(Contestant("informed"),),
         searches=(
-            Search("string", "string", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
-            Search("feedback", "feedback", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
+            SearchSpace("string", "string", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
+            SearchSpace("feedback", "feedback", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
         ),
     ),
 }

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Search, Side
+from cps_baselines.contest import SearchSpace, Side
 from cps_envs.core.types import Role
 
 VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
@@ -60,8 +60,8 @@ SIDES: Mapping[Role, Side] = {
         ),
         constants=tuple(constant_attacks()),
         searches=(
-            Search("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
-            Search("swing", "swing", SWING, {"swing_s": 2.0, "open": 0.9, "close": 0.9, "range_part": 0.9}),
+            SearchSpace("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
+            SearchSpace("swing", "swing", SWING, {"swing_s": 2.0, "open": 0.9, "close": 0.9, "range_part": 0.9}),
         ),
     ),
     "defender": Side(
@@ -71,6 +71,6 @@ SIDES: Mapping[Role, Side] = {
         ),
         constants=tuple(constant_defences()),
         informed=(Contestant("informed"),),
-        searches=(Search("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
+        searches=(SearchSpace("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
     ),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Search, Side
+from cps_baselines.contest import SearchSpace, Side
 from cps_envs.core.types import Role
 
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
@@ -60,13 +60,13 @@ ATTACKERS = Side(
     ),
     constants=tuple(_forged()),
     searches=(
-        Search("shaped-cold", "shaped?keep_noise=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
-        Search("shaped-warm", "shaped?keep_noise=true&warmer=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
-        Search("shaped-mixed", "shaped?keep_noise=true", {**SHAPE, **BOTH_SIGNS}),
-        Search("tracker-cold", "tracker", TRACK, A_TRACKER),
-        Search("tracker-warm", "tracker?warmer=true", TRACK, A_TRACKER),
-        Search("brink-cold", "brink", BRINK),
-        Search("brink-warm", "brink?warmer=true", BRINK),
+        SearchSpace("shaped-cold", "shaped?keep_noise=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
+        SearchSpace("shaped-warm", "shaped?keep_noise=true&warmer=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
+        SearchSpace("shaped-mixed", "shaped?keep_noise=true", {**SHAPE, **BOTH_SIGNS}),
+        SearchSpace("tracker-cold", "tracker", TRACK, A_TRACKER),
+        SearchSpace("tracker-warm", "tracker?warmer=true", TRACK, A_TRACKER),
+        SearchSpace("brink-cold", "brink", BRINK),
+        SearchSpace("brink-warm", "brink?warmer=true", BRINK),
     ),
 )
 DEFENDERS = Side(
@@ -77,13 +77,13 @@ DEFENDERS = Side(
     constants=tuple(f"always?action={choice}" for choice in range(CHOICES)),
     informed=(Contestant("lookahead"), Contestant("informed"), Contestant("truth")),
     searches=(
-        Search(
+        SearchSpace(
             "cusum",
             "cusum",
             {"kappa": (0.1, 1.0), "limit": (4.0, 30.0), "quiet": (0.1, 0.8), "release_h": (1.0, 12.0)},
             {"kappa": 0.25, "limit": 18.0, "quiet": 0.4, "release_h": 4.0},
         ),
-        Search(
+        SearchSpace(
             "largest",
             "largest",
             {"kappa": (0.1, 1.0), "limit": (4.0, 40.0), "release_h": (1.0, 16.0)},

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Search, Side
+from cps_baselines.contest import SearchSpace, Side
 from cps_envs.core.types import Role
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
@@ -52,12 +52,12 @@ def constant(laws: tuple[int, ...], modified: int = 0) -> str:
     return f"always?action={json.dumps(orders, separators=(',', ':'))}"
 
 
-SWITCHING = Search("switching", "tuned", dict.fromkeys(FORM, WEIGHT) | {"hysteresis": (0.0, 1.0)})
-RAMMING = Search(
+SWITCHING = SearchSpace("switching", "tuned", dict.fromkeys(FORM, WEIGHT) | {"hysteresis": (0.0, 1.0)})
+RAMMING = SearchSpace(
     "strike", "strike", {"strike_s": (0.5, 9.0), "period_s": (10.0, 40.0), "effort": (-1.0, 1.0)}, {"effort": 0.9}
 )
-BRAKING = Search("brake", "strike", RAMMING.ranges, {"effort": -0.9})
-MONITOR = Search(
+BRAKING = SearchSpace("brake", "strike", RAMMING.ranges, {"effort": -0.9})
+MONITOR = SearchSpace(
     "monitor",
     "monitor",
     {
