@@ -36,7 +36,7 @@ setup: $(ALL) ## install everything into the virtual environment and compile all
 	$(BIN)/cps-envs warm
 
 benchmark: $(LIGHT) ## the main tables beside the paper's numbers, into results/; ARGS=--full for all (no torch)
-	$(BIN)/python -m tools.benchmark --out results $(ARGS)
+	$(BIN)/cps-envs reproduce benchmark --out results $(ARGS)
 
 test: $(ALL) ## run the tests
 	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute,"

@@ -143,7 +143,9 @@ def test_the_commands_of_a_page_exist(page: Path) -> None:
         parse(arguments, words)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page != HISTORY], ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [*(page for page in PAGES if page != HISTORY), ROOT / "Makefile"], ids=lambda page: page.name
+)
 def test_the_modules_that_a_page_runs_exist(page: Path) -> None:
     for module in re.findall(r"python -m ((?:tools|cps_\w+)[\w.]*\w)", page.read_text(encoding="utf-8")):
         assert find_spec(module) is not None, module

@@ -11,6 +11,7 @@ from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Pre
 from cps_agents.console import assignments, err, print_json
 from cps_agents.datasets import name_of, write_dataset
 from cps_envs import find_problem
+from cps_envs.core.seeds import TRAINING_START
 from cps_envs.core.types import Role
 
 
@@ -28,8 +29,10 @@ def dataset(
     defender: Defender = None,
     preset: Preset = None,
     overrides: Changes = None,
-    episodes: Annotated[int, typer.Option(min=1, help="Record so many episodes.")] = 100,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others count up.")] = 10_000_000,
+    episodes: Annotated[int, typer.Option(min=1, max=10_000_000, help="Record so many episodes.")] = 100,
+    seed: Annotated[
+        int, typer.Option(min=TRAINING_START, max=900_000_000, help="Seed of the first episode; the others count up.")
+    ] = 10_000_000,
     name: Annotated[
         str | None,
         typer.Option("--id", help="Name of the dataset; default: from preset, policies and a hash of all settings."),
@@ -39,7 +42,7 @@ def dataset(
     """Record episodes of two policies as a dataset for offline learning.
 
     Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says. Read it with
-    minari.load_dataset(ID). Evaluations never use the seeds of these episodes.
+    minari.load_dataset(ID). Evaluations and scores never use the seeds of these episodes.
     """
     found = find_problem(problem)
     changes = dict(assignments(overrides or []))
