@@ -1,4 +1,7 @@
-"""Numbers that a search found: `<problem>/searched.json`, with the command and the commit that made them."""
+"""Numbers that a search found: `<problem>/searched.json`, with the command and the commit that made them.
+
+A policy says in its attribute `searched_numbers` how many of its numbers a search found, wherever they lie.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,10 @@ import json
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Any
+
+from cps_baselines.family import Family
+from cps_envs.core.policy import Policy, RoleSpec
 
 
 @cache
@@ -21,9 +28,14 @@ def searched(problem: str, policy: str) -> Mapping[str, float]:
     return found(problem)[policy]
 
 
-def searched_by(problem: str, reference: str) -> Mapping[str, float]:
-    """The searched numbers that a reference plays: a variant such as "cacc?told=radio" has its own, `cacc_radio`."""
-    name, _, query = reference.partition("?")
-    variants = (f"{name}_{pair.partition('=')[2]}" for pair in query.split("&"))
-    known = found(problem)
-    return next((known[variant] for variant in variants if variant in known), known.get(name, {}))
+def built(spec: RoleSpec, family: Family, policy: str, numbers: Mapping[str, float], untrained: bool) -> Policy:
+    """A policy of a family: by the numbers that are given, the others searched, or as the search began.
+
+    Raises:
+        ConfigurationError: the family has no number of such a name, a value is no number, or what the policy refuses.
+    """
+    known = {} if untrained else searched(family.problem, policy)
+    made: Any = family.build(spec, family.row({**known, **numbers}))
+    made.searched_numbers = len(known) or getattr(made, "searched_numbers", 0)
+    player: Policy = made
+    return player

@@ -10,6 +10,7 @@ pytest.importorskip("scipy", reason="needs the baselines")
 
 from cps_agents.arena.sources import sources_of
 from cps_agents.scoring.board import agreement, board
+from cps_agents.scoring.kind import kind_of
 from cps_baselines.tracks import find_track, tracks
 
 BLIND = {"none", "random", "constant"}  # entries that never look at anything
@@ -19,9 +20,9 @@ LEAST = 0.9  # Kendall's tau between two halves
 
 @pytest.mark.parametrize("name", tracks())
 def test_what_does_not_look_is_not_above_zero(name: str) -> None:
-    found = {row.name: row.score for row in board(find_track(name))}  # refuses files of another digest
+    scores = {row.name: row.score for row in board(find_track(name))}  # refuses files of another digest
     for blind in BLIND:
-        assert found[blind].estimate.mean <= found[blind].half_width, found[blind].line
+        assert scores[blind].estimate.mean <= scores[blind].half_width, scores[blind].line
 
 
 @pytest.mark.parametrize("name", tracks())
@@ -40,8 +41,15 @@ def test_entries_are_of_the_networks_that_ship(name: str) -> None:
         assert sources_of(track.problem, row.score.policy) == dict(row.score.sources), f"score {row.name} again"
 
 
+@pytest.mark.parametrize("name", tracks())
+def test_entries_say_what_made_them(name: str) -> None:
+    track = find_track(name)
+    for row in board(track):
+        assert row.score.kind == kind_of(track, row.score.policy), row.name
+
+
 def test_a_score_is_cheap() -> None:
     """CPU seconds of the networks that ship: 60 in seven tracks, 90 in all."""
-    found = {name: row.score.cpu_s for name in tracks() for row in board(find_track(name)) if row.name == "network"}
-    assert max(found.values()) <= 90, found
-    assert sum(spent > 60 for spent in found.values()) <= 1, found
+    spent = {name: row.score.cpu_s for name in tracks() for row in board(find_track(name)) if row.name == "network"}
+    assert max(spent.values()) <= 90, spent
+    assert sum(each > 60 for each in spent.values()) <= 1, spent

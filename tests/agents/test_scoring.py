@@ -24,8 +24,10 @@ from cps_baselines import tracks as declared
 from cps_baselines.tracks import Rival, Track
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
 from tests.agents.command_line import refusal, run
+from tests.agents.trained import save_tiny
 
 EPISODES = 24
 PANEL = (Rival("cusum", "cusum", "tracker", 2.0), Rival("chi2", "chi2", "tracker"))
@@ -210,12 +212,29 @@ def test_kinds_are_told_from_references() -> None:
     assert kind_of(DEFENSE, "hypotheses") == Kind("searched", 11)
     assert str(Kind("searched", 11)) == "11 searched numbers"
     disbanding = Track("disbanding", "defender", EPISODES, ())
-    numbers = {policy: kind_of(disbanding, policy).numbers for policy in ("cacc", "cacc?told=radio", "string")}
-    assert numbers == {"cacc": 26, "cacc?told=radio": 35, "string": 0}
+    searched = {"cacc": 26, "cacc?told=radio": 35, "string": 33, "string?detection_mps=0": 32, "feedback": 12}
+    assert {policy: kind_of(disbanding, policy).numbers for policy in searched} == searched
+    rogue = {role: Track("rogue", role, EPISODES, ()) for role in ROLES}
+    assert (
+        kind_of(rogue["attacker"], "contested")
+        == kind_of(rogue["attacker"], "contested?against=pd")
+        == Kind("searched", 7)
+    )
+    assert kind_of(rogue["attacker"], "tuned") == kind_of(rogue["defender"], "monitor") == Kind("rules")
+    assert kind_of(rogue["defender"], "guard") == Kind("searched", 19)
+    assert kind_of(DEFENSE, "hypotheses?untrained=true") == Kind("rules")  # the search began with numbers set by hand
     with pytest.raises(CommandError, match="no kind 'magic'"):
         Kind("magic")
     with pytest.raises(CommandError, match="--numbers"):
         Kind("searched")
+
+
+def test_networks_say_what_they_learned_from(tmp_path: Path) -> None:
+    for algorithm, kind in {"shared-ppo": "reward", "untrained": "untrained"}.items():
+        save_tiny(tmp_path / "mine.json", "fdi", "attacker", preset="learning", algorithm=algorithm)
+        assert kind_of(SMALL, f"zoo:{tmp_path / 'mine.json'}") == Kind(kind)
+    assert kind_of(SMALL, "zoo:fdi-attack") == Kind("reward")
+    assert str(kind_of(SMALL, "zoo:fdi-attack?seed=1&untrained=true")) == "network, untrained"
 
 
 def test_the_board_ranks_ties_alike_and_leaves_told_ones_out(folder: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from cps_agents.errors import CommandError
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import MIXTURE, read_card
-from cps_agents.zoo.files import find, load, shipped_names
+from cps_agents.zoo.files import find, load, save, shipped_names
 from cps_agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.play import play_episodes
@@ -166,6 +167,16 @@ def test_merging_keeps_each_seed(tmp_path: Path) -> None:
         merge(cards, tmp_path / "both.json")
 
 
+def test_a_merged_card_says_so_where_a_network_has_not_learned(tmp_path: Path) -> None:
+    for seed, (algorithm, steps) in enumerate((("shared-ppo", 64), ("untrained", 0))):
+        facts = {str(seed): {"validation": float(-seed), "steps": steps}}
+        save_tiny(tmp_path / f"{seed}.json", "fdi", "attacker", seeds=2, best=seed, algorithm=algorithm)
+        card, network = load(tmp_path / f"{seed}.json", seed)
+        save(tmp_path / f"{seed}.json", replace(card, seeds=facts), {seed: network})
+    merged = merge([tmp_path / f"{seed}.json" for seed in (0, 1)], tmp_path / "both.json")
+    assert (merged.best, merged.algorithm) == (0, "untrained")
+
+
 def test_a_kept_command_names_no_places() -> None:
     command = "cps-envs train x --seeds 5 --out /a/b --jobs=2 --to 'c d' --resume --opponent 'mixture?policies=[1]'"
     assert without_places(command) == "cps-envs train x --seeds 5 --opponent 'mixture?policies=[1]'"
@@ -214,10 +225,10 @@ def test_cards_are_readable(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", shipped_names())
-def test_a_card_says_ppo_only_of_a_network_that_learned_by_reward(name: str) -> None:
+def test_a_card_says_ppo_only_where_every_network_learned_by_reward(name: str) -> None:
     card = read_card(find(name))
     if "ppo" in card.algorithm:
-        assert card.seeds[str(card.best)]["steps"] > 0
+        assert all(facts["steps"] > 0 for facts in card.seeds.values())
 
 
 @pytest.mark.parametrize("name", [name for name in shipped_names() if read_card(find(name)).head != MIXTURE])

@@ -6,6 +6,7 @@ import json
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cps_agents.learning.recipe import Recipe
@@ -58,6 +59,20 @@ def test_a_policy_plays_its_family_by_the_searched_numbers(problem: str, name: s
     players: Any = {family.role: OPTIONS.get(name, name), other(family.role): rival}
     expected = play_family(family, found, config, rival, family.row(numbers), [3])["return"]
     assert play_episodes(found, config, players, [3])["return"] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("problem", "name"), KEPT)
+def test_untrained_it_plays_what_the_search_began_with(problem: str, name: str) -> None:
+    recipe = recipe_of(KEPT[problem, name])
+    family, reference = find_family(recipe.family), OPTIONS.get(name, name)
+    spec = spec_of(PROBLEMS[problem], family.role, recipe.preset, **{**recipe.overrides, **SHORT[problem]})
+    joint = "&" if "?" in reference else "?"
+    start, begun = resolve_policy(f"{reference}{joint}untrained=true", spec), family.build(spec, family.row({}))
+    mine, expected = (vars(each) for each in (start, begun))
+    assert mine.keys() - {"searched_numbers"} == expected.keys() - {"searched_numbers"}
+    for attribute, value in expected.items():
+        if isinstance(value, np.ndarray):
+            np.testing.assert_array_equal(mine[attribute], value)
 
 
 @pytest.mark.parametrize("entry", KEPT.values(), ids=map("-".join, KEPT))

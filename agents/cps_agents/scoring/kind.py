@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from cps_agents.errors import CommandError
 from cps_agents.zoo.references import SB3, card_of
-from cps_baselines.searched import searched_by
 from cps_baselines.tracks import Track
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.registration import find_problem
@@ -14,10 +13,12 @@ from cps_envs.registration import find_problem
 KINDS = {
     "reward": "network, by reward",
     "imitation": "network, by imitation",
+    "untrained": "network, untrained",
     "searched": "searched numbers",
     "rules": "rules",
     "told": "told",
 }
+UNTRAINED = "untrained"  # one of them, an algorithm of cards, and an option of `zoo:NAME`
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Kind:
     @property
     def network(self) -> bool:
         """Whether training seeds count."""
-        return self.name in ("reward", "imitation")
+        return self.name in ("reward", "imitation", UNTRAINED)
 
     @property
     def ranked(self) -> bool:
@@ -53,9 +54,11 @@ def kind_of(track: Track, policy: PolicyReference) -> Kind:
         return Kind("reward")
     card = card_of(policy)
     if card is not None:
-        return Kind("searched", len(card.numbers)) if card.numbers else Kind("reward")
+        untrained = card.algorithm == UNTRAINED or f"{UNTRAINED}=true" in policy.partition("?")[2].split("&")
+        return Kind("searched", len(card.numbers)) if card.numbers else Kind(UNTRAINED if untrained else "reward")
     problem = find_problem(track.problem)
-    if numbers := searched_by(problem.name, policy):
-        return Kind("searched", len(numbers))
     built = problem.policy(policy, problem.game(track.venue.config, 1), track.role)
-    return Kind("told" if getattr(built, "privileged", None) else "rules")
+    if getattr(built, "privileged", None):
+        return Kind("told")
+    numbers = getattr(built, "searched_numbers", 0)
+    return Kind("searched", numbers) if numbers else Kind("rules")

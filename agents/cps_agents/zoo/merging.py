@@ -21,6 +21,8 @@ PLACES = ("--out", "--to", "--jobs", "--meetings")
 def merge(cards: Sequence[Path], target: Path) -> Card:
     """Write one card and one file of weights with the seeds of all; the best by validation plays by default.
 
+    Where one of them kept what it was before its first step of learning, the card of all says so.
+
     Raises:
         CommandError: nothing to merge, different recipes, a seed twice, or weights beyond `LIMIT_BYTES`.
     """
@@ -45,7 +47,9 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
     merged = replace(
         first,
         name=target.stem,
-        algorithm=next(card.algorithm for card, _ in loaded if card.best == best),
+        algorithm=next(
+            (card.algorithm for card, _ in loaded if card.seeds[str(card.best)].get("steps") == 0), first.algorithm
+        ),
         command=without_places(first.command),
         best=best,
         seeds=dict(sorted(seeds.items(), key=lambda entry: int(entry[0]))),

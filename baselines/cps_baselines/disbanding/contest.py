@@ -77,7 +77,13 @@ SIDES: Mapping[Role, Side] = {
         searches=(TIMED, ADAPTIVE),
     ),
     "defender": Side(
-        policies=(*DEFENDERS, Contestant("cacc"), Contestant("cacc_radio", "cacc?told=radio")),
+        policies=(
+            *DEFENDERS,
+            Contestant("cacc"),
+            Contestant("cacc_start", "cacc?untrained=true"),
+            Contestant("cacc_radio", "cacc?told=radio"),
+            Contestant("cacc_radio_start", "cacc?told=radio&untrained=true"),
+        ),
         constants=tuple(constant_corrections()),
         informed=(Contestant("informed"),),
         searches=(

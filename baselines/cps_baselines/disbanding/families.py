@@ -12,9 +12,9 @@ from cps_baselines.disbanding.feedback import SIGNALS, LinearFeedback
 from cps_baselines.disbanding.replanning import Numbers, Replanning
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, StringLoop, shipped_gains
 from cps_baselines.family import Family, Number
-from cps_baselines.searched import searched
+from cps_baselines.searched import built
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
@@ -120,7 +120,9 @@ RADIO_NUMBERS = (
 
 def _radio(spec: RoleSpec, values: FloatArray) -> StringController:
     gains = table(RADIO_NUMBERS, values)
-    return StringController(spec, form="warned", gains=gains, detection_mps=values[:, -1])
+    policy = StringController(spec, form="warned", gains=gains, detection_mps=values[:, -1])
+    policy.searched_numbers = len(RADIO_NUMBERS)  # so were those of `string`
+    return policy
 
 
 def _radio_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
@@ -177,28 +179,29 @@ REPLANNING = Family(
 )
 
 
-TOLD = {  # what `cacc` hears beside its predecessor: the name of its numbers, their family, and what it builds
-    "nothing": ("cacc", LOCAL, _local),
-    "broadcast": ("cacc_broadcast", BROADCAST, _broadcast),
-    "radio": ("cacc_radio", RADIO, _radio),
-    "robots": ("cacc_robots", BROADCAST, _broadcast),
+TOLD = {  # what `cacc` hears beside its predecessor: the name of its numbers, and their family
+    "nothing": ("cacc", LOCAL),
+    "broadcast": ("cacc_broadcast", BROADCAST),
+    "radio": ("cacc_radio", RADIO),
+    "robots": ("cacc_robots", BROADCAST),
 }
 
 
-def cacc(spec: RoleSpec, told: str = "nothing", **numbers: float) -> StringController:
+def cacc(spec: RoleSpec, told: str = "nothing", untrained: bool = False, **numbers: float) -> Policy:
     """Cooperative adaptive cruise control: each vehicle follows its predecessor's motion and command.
 
     `told` says what else it hears: "nothing"; "broadcast", a warning that is never late; "radio", one that comes late
     or never, beside its own detection; or "robots", the broadcast on a road of the test bed's size. `numbers` are
-    `Gains` of leaders and others, such as `other.wanted_m`; left out, the searched ones of `searched.json`.
+    `Gains` of leaders and others, such as `other.wanted_m`; left out, the searched ones of `searched.json`, or with
+    `untrained` those that the search began with.
 
     Raises:
         ConfigurationError: it is told something else, or an unknown number.
     """
     if told not in TOLD:
         raise ConfigurationError(f"told = {told!r} is not known. {near(told, TOLD)}")
-    name, family, build = TOLD[told]
-    return build(spec, family.row({**searched("disbanding", name), **numbers}))
+    name, family = TOLD[told]
+    return built(spec, family, name, numbers, untrained)
 
 
 def replanning(spec: RoleSpec, **numbers: float) -> Replanning:

@@ -41,6 +41,7 @@ class LinearFeedback(Corrections):
     def __init__(self, spec: RoleSpec, weights: FloatArray | None = None, **detection: float) -> None:
         super().__init__(spec, **detection)
         self.weights = np.asarray(shipped_weights() if weights is None else weights, dtype=np.float64)
+        self.searched_numbers = self.weights.size if weights is None else 0
         if self.weights.shape[-2:] != SHAPE:
             raise ValueError(f"weights of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.weights.shape}")
 

@@ -57,6 +57,7 @@ SIDES: Mapping[Role, Side] = {
         policies=(
             *map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker")),
             Contestant("task_tracker"),
+            Contestant("task_tracker_start", "task_tracker?untrained=true"),
         ),
         constants=tuple(constant_attacks()),
         searches=(
@@ -68,6 +69,7 @@ SIDES: Mapping[Role, Side] = {
         policies=(
             *map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only")),
             Contestant("hypotheses"),
+            Contestant("hypotheses_start", "hypotheses?untrained=true"),
         ),
         constants=tuple(constant_defences()),
         informed=(Contestant("informed"),),

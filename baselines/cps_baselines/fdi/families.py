@@ -12,9 +12,9 @@ from cps_baselines.fdi.hypotheses import Hypotheses
 from cps_baselines.fdi.planner import Planner
 from cps_baselines.fdi.planning import Habits
 from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
-from cps_baselines.searched import searched
+from cps_baselines.searched import built
 from cps_envs.core.adapter import advises
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import FloatArray
 
 MOST_MEMORY = 1.0
@@ -82,28 +82,29 @@ PLANNER = Family(
 )
 
 
-def hypotheses(spec: RoleSpec, **numbers: float) -> Hypotheses:
+def hypotheses(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     """Follows the likeliest hypothesis about which sensors lie, once the evidence for it is strong enough.
 
-    `numbers` are those of `Hypotheses`; left out, the searched ones of `searched.json`.
+    `numbers` are those of `Hypotheses`; left out, the searched ones of `searched.json`, or with `untrained` the
+    hand-set ones that the search began with.
 
     Raises:
         ConfigurationError: an unknown number, or what `Hypotheses` refuses.
     """
-    return _hypotheses(spec, HYPOTHESES.row({**searched("fdi", "hypotheses"), **numbers}))
+    return built(spec, HYPOTHESES, "hypotheses", numbers, untrained)
 
 
 @advises("cps_baselines.fdi.advised:Margins")
-def task_tracker(spec: RoleSpec, **numbers: float) -> TaskTracker:
+def task_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     """Plays `tracker` with numbers for each kind of task, after a probe that shows whether anybody defends.
 
     `numbers` are `probe` and, for each kind, those of `Manner`, such as `one.margin`; left out, the searched ones of
-    `searched.json`.
+    `searched.json`, or with `untrained` the hand-set ones that the search began with.
 
     Raises:
         ConfigurationError: an unknown number, or what `tracker` refuses.
     """
-    return _task_tracker(spec, TASK_TRACKER.row({**searched("fdi", "task_tracker"), **numbers}))
+    return built(spec, TASK_TRACKER, "task_tracker", numbers, untrained)
 
 
 def annealing(spec: RoleSpec, **numbers: float) -> Planner:

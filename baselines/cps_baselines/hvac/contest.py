@@ -57,6 +57,7 @@ ATTACKERS = Side(
         Contestant("constant_40", policy="constant?reading_c=40", title="constant, 40 C"),
         *_signed(),
         Contestant("warm_tracker"),
+        Contestant("warm_tracker_start", "warm_tracker?untrained=true"),
     ),
     constants=tuple(_forged()),
     searches=(
@@ -73,6 +74,7 @@ DEFENDERS = Side(
     policies=(
         *map(Contestant, ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),
         Contestant("bayes"),
+        Contestant("bayes_start", "bayes?untrained=true"),
     ),
     constants=tuple(f"always?action={choice}" for choice in range(CHOICES)),
     informed=(Contestant("lookahead"), Contestant("informed"), Contestant("truth")),

@@ -13,9 +13,9 @@ from cps_baselines.family import Family, Number
 from cps_baselines.hvac.bayes import Bayes
 from cps_baselines.hvac.hypotheses import START, Beliefs
 from cps_baselines.hvac.tracker import Tracker
-from cps_baselines.searched import searched
+from cps_baselines.searched import built
 from cps_envs.core.adapter import advises
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import FloatArray
 
 STEP = Beliefs(  # of the logarithm of each number
@@ -68,24 +68,25 @@ TRACKER_WARM = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=True
 
 
 @advises("cps_baselines.hvac.advised:Suspecting")
-def bayes(spec: RoleSpec, **numbers: float) -> Bayes:
+def bayes(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     """Weighs every set of liars by Bayes' rule, and expects liars to drift together.
 
     `numbers` are those of `Beliefs`; left out, the searched ones of `searched.json`. The search gained nothing that
-    could be measured over the hand-set start of the family `hvac-bayes-together`.
+    could be measured over the hand-set numbers that it began with. `untrained` plays those.
 
     Raises:
         ConfigurationError: an unknown number, beliefs out of their bounds, or no Kalman filters.
     """
-    return _bayes_together(spec, BAYES_TOGETHER.row({**searched("hvac", "bayes"), **numbers}))
+    return built(spec, BAYES_TOGETHER, "bayes", numbers, untrained)
 
 
-def warm_tracker(spec: RoleSpec, **numbers: float) -> Tracker:
+def warm_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     """Plays `tracker` towards warmer readings, more slowly and with less noise: searched against `bayes`.
 
-    `numbers` are `level`, `gain`, `noise` and `cap_c` of `tracker`; left out, those of `searched.json`.
+    `numbers` are `level`, `gain`, `noise` and `cap_c` of `tracker`; left out, those of `searched.json`, or with
+    `untrained` those that the search began with.
 
     Raises:
         ConfigurationError: an unknown number, or what `tracker` refuses.
     """
-    return _tracker(spec, TRACKER_WARM.row({**searched("hvac", "warm_tracker"), **numbers}), warmer=True)
+    return built(spec, TRACKER_WARM, "warm_tracker", numbers, untrained)

@@ -74,7 +74,7 @@ MONITOR = SearchSpace(
 
 SIDES: Mapping[Role, Side] = {
     "attacker": Side(
-        policies=(*ATTACKERS, Contestant("gains")),
+        policies=(*ATTACKERS, Contestant("gains"), Contestant("contested_start", "tuned")),
         constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),
         searches=(SWITCHING, RAMMING, BRAKING),
     ),

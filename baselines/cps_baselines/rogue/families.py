@@ -7,9 +7,9 @@ from cps_baselines.rogue.boxing_in import BoxingIn, Manners
 from cps_baselines.rogue.escort import Escort, Ways
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.switching import Switching
-from cps_baselines.searched import searched
+from cps_baselines.searched import built
 from cps_envs.core.adapter import advises
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import Policy, RoleSpec
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
 BEHIND = Manners(  # these and the next came out of a first search: see docs/details/rogue.md
@@ -123,14 +123,15 @@ def guard(spec: RoleSpec, threshold_mps: float = 2.0, slack_mps2: float = 2.0, *
     return Guard(spec, ESCORT.row(numbers), threshold_mps, slack_mps2)
 
 
-def box_in(spec: RoleSpec, **numbers: float) -> BoxingIn:
+def box_in(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     """Holds a known attacker between its two neighbors, which come up to it softly; the others give way.
 
     `numbers` are those of `Manners`, behind and ahead of the attacker, such as `ahead_slow_mps`; left out, the searched
     ones of `searched.json`. There `ahead_slow_mps` is set by hand: the search had put it above the platoon's speed, so
-    that the vehicles ahead let the attacker alone whenever it fell back.
+    that the vehicles ahead let the attacker alone whenever it fell back. With `untrained` it plays the hand-set numbers
+    that the search began with.
 
     Raises:
         ConfigurationError: an unknown number, or what `BoxingIn` refuses.
     """
-    return BoxingIn(spec, BOXING_IN.row({**searched("rogue", "box_in"), **numbers}))
+    return built(spec, BOXING_IN, "box_in", numbers, untrained)

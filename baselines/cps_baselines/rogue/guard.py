@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_baselines.rogue.escort import Escort
+from cps_baselines.rogue.escort import Escort, Ways
 from cps_baselines.rogue.monitor import NOBODY, Monitor
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -20,6 +20,8 @@ class Guard(AnalyticPolicy):
     Raises:
         ConfigurationError: what `Escort` and `Monitor` refuse.
     """
+
+    searched_numbers = len(Ways._fields)
 
     def __init__(self, spec: RoleSpec, numbers: FloatArray, threshold_mps: float, slack_mps2: float) -> None:
         super().__init__(spec)

@@ -50,6 +50,7 @@ class Identify(AnalyticPolicy):
     def __init__(self, spec: RoleSpec, knowledge: Known | None = None, answers: Array | None = None) -> None:
         super().__init__(spec)
         self.known = knowledge or known()
+        self.searched_numbers = self.known.weights.size + self.known.probe.size
         self.answers = checked_rows("answers", answers, len(self.known.weights))
 
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
@@ -105,4 +106,6 @@ def contested(spec: RoleSpec, against: str = "monitor") -> Switching:
     names = known().against
     if against not in names:
         raise ConfigurationError(f"no response was searched against {against!r}. {near(against, names)}")
-    return Switching(spec, known().weights[names.index(against)])
+    policy = Switching(spec, known().weights[names.index(against)])
+    policy.searched_numbers = policy.sets.size
+    return policy

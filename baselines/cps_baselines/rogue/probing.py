@@ -77,6 +77,7 @@ class Probe(AnalyticPolicy):
     ) -> None:
         super().__init__(spec)
         self.answers = answers or shipped_answers()
+        self.searched_numbers = self.answers.weights.size + self.answers.probes.size
         self.row = checked_rows("row", row, self.answers.weights.shape[1])
         if against:
             if against not in self.answers.against:

@@ -46,13 +46,14 @@ class Switching(AnalyticPolicy):
             self.ratios, self.sets = np.ones(1), np.asarray(weights, np.float64)
             if self.sets.shape[-1] != SIZE or self.sets.ndim > 2:
                 raise ConfigurationError(f"weights of shape (7,) or (B, 7) were expected, got {self.sets.shape}")
-        self.searched = weights is None
+        self._by_ratio = weights is None
+        self.searched_numbers = self.sets.size if self._by_ratio else 0
 
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1), each -1 or 1, which are also the state (B,)."""
         sign = recalled(np.ones(len(seen)), seen, state)
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _switch(*shown, self.spec.config.separation_m, self.ratios, np.atleast_2d(self.sets), self.searched, sign)
+        _switch(*shown, self.spec.config.separation_m, self.ratios, np.atleast_2d(self.sets), self._by_ratio, sign)
         return sign[:, np.newaxis], (sign,)
 
 
@@ -71,13 +72,13 @@ def _switch(
     separation_m: float,
     ratios: FloatArray,
     sets: FloatArray,
-    searched: bool,
+    by_ratio: bool,
     sign: FloatArray,
 ) -> None:
     """Bring the signs (B,) of the last decision up to date."""
     at = offsets[0]
     for b in range(sign.size):
-        row = nearest(ratios, read(observation, scale, b, at.power_ratio)) if searched else b % sets.shape[0]
+        row = nearest(ratios, read(observation, scale, b, at.power_ratio)) if by_ratio else b % sets.shape[0]
         weights = sets[row]
         form = weights[0] * (read(observation, scale, b, at.front_gap_error) / separation_m)
         form += weights[1] * (read(observation, scale, b, at.front_gap_rate) / RATE_MPS)
