@@ -209,6 +209,14 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     assert not full.exists()
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_device_or_a_pipe_is_not_replaced(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="it is a device or a pipe"), replacing(tmp_path / "pipe"):
+        raise AssertionError("unreachable")
+    assert list(tmp_path.iterdir()) == [tmp_path / "pipe"]
+
+
 def test_errors_about_other_files_stay_as_they_are(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"other\.txt"), replacing(tmp_path / "file.txt"):
         (tmp_path / "other.txt").read_text()

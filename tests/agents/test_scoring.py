@@ -271,6 +271,7 @@ def test_the_command_prints_the_line_and_writes_the_file(folder: Path, tracker: 
     assert (code, "difference +0.0 (+0.0 to +0.0): not surely different" in text) == (0, True)
     code, text, _ = run("score", "verify", str(path))
     assert (code, tracker.line in text) == (0, True)
+    assert "cannot be written" in refusal("score", "fdi-attack", "tracker", "--out", str(path / "below.json"))
     assert "no track 'rogue'" in refusal("score", "rogue", "tracker")
     assert "'cusum' is a defender" in refusal("score", "fdi-attack", "cusum", "--dev")
     assert "no score of cps-envs" in refusal("score", "verify", str(folder / "fdi-attack.json"))

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from cps_agents.commands.options import AsJson, deliver
-from cps_agents.console import err, out, print_json
+from cps_agents.commands.options import AsJson
+from cps_agents.console import err, out, print_json, to_json
 from cps_agents.errors import CommandError
+from cps_agents.files import replacing
 from cps_agents.progress import Progress
 from cps_agents.scoring.board import agreement, rank_line, table
 from cps_agents.scoring.board import board as ranked
 from cps_agents.scoring.freezing import freeze as frozen
 from cps_agents.scoring.kind import Kind
-from cps_agents.scoring.score import score
+from cps_agents.scoring.score import Score, score
 from cps_agents.scoring.verify import read_score
 from cps_agents.scoring.verify import verify as check
 from cps_baselines.tracks import find_track, tracks
@@ -51,15 +53,22 @@ def score_policy(
     """Play a policy against the panel of a track and print one line to cite, and its rank."""
     found = find_track(track)
     total = found.episodes * len(found.panel) // (8 if dev else 1)
-    with Progress("episodes", total) as progress:
-        made = Kind(kind or "searched", numbers) if kind or numbers else None
-        scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)
-        progress.update(total)
+    made = Kind(kind or "searched", numbers) if kind or numbers else None
+    with nullcontext() if to is None else replacing(to) as draft:  # a file that cannot be written is refused at once
+        with Progress("episodes", total) as progress:
+            scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)
+            progress.update(total)
+        if as_json:
+            print_json(scored.to_json())
+        else:
+            _show(scored)
+        if draft is not None:
+            draft.write_text(to_json(scored.to_json()) + "\n", encoding="utf-8", newline="\n")
     if to is not None:
-        deliver(scored.to_json(), to, "Written")
-    if as_json:
-        print_json(scored.to_json())
-        return
+        err().print(f"Written: {to}", soft_wrap=True)
+
+
+def _show(scored: Score) -> None:
     out().print(scored.line, soft_wrap=True)
     for name, value in scored.opponents.items():
         out().print(f"  {name}: {value:.0f}", soft_wrap=True)
