@@ -111,7 +111,7 @@ class StringController(Corrections):
         found = shipped_gains(form) if gains is None else (np.asarray(gains, dtype=np.float64), math.inf)
         self.gains, self.heeds_warning = found[0], form != "local"
         if gains is None:
-            self.searched_numbers = np.count_nonzero(self.gains) + (detection_mps is None)
+            self.searched_numbers = int(np.count_nonzero(self.gains)) + (detection_mps is None)
         super().__init__(spec, detection_mps=found[1] if detection_mps is None else detection_mps, hold_s=hold_s)
         if self.gains.shape[-2:] != SHAPE:
             raise ValueError(f"gains of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.gains.shape}")
