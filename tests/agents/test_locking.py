@@ -109,7 +109,7 @@ def test_a_league_that_is_terminated_keeps_its_pairs(tmp_path: Path, meetings: P
 @pytest.mark.parametrize("command", ["train", "best-response", "self-play"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_no_run_says_that_it_is_running_after_a_signal(tmp_path: Path, command: str, number: signal.Signals) -> None:
-    pytest.importorskip("sb3_contrib")
+    pytest.importorskip("torch")
     seeds = ("--seeds", "3", "--jobs", "2", "--steps", "10000000", "--out", str(tmp_path))
     arguments = TRAIN if command == "train" else (*COMMANDS[command][:-4], "--episodes", "2")
 
@@ -132,7 +132,7 @@ def test_every_command_tells_how_to_go_on(
     name: str, number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if name in (*LEARNING, "train"):
-        pytest.importorskip("sb3_contrib")
+        pytest.importorskip("torch")
 
     def interrupted(*arguments: Any) -> None:
         signal.raise_signal(number)
@@ -206,7 +206,7 @@ def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
     with held("alone_in", home) as other:
         for name, command in COMMANDS.items():
             if name in LEARNING:
-                pytest.importorskip("sb3_contrib")
+                pytest.importorskip("torch")
             message = refused(*command, "--out", str(home))
             assert f"another command is writing into {home}: wait until it has ended" in message, name
         assert sorted(path.name for path in home.iterdir()) == [".lock"]
@@ -232,7 +232,7 @@ def test_two_processes_do_not_write_one_file(command: tuple[str, ...], tmp_path:
 
 
 def test_two_processes_do_not_train_one_run(tmp_path: Path) -> None:
-    pytest.importorskip("stable_baselines3")
+    pytest.importorskip("torch")
     run = tmp_path / "tiny" / "seed-0"
     arguments = ("train", "RogueAttack-v0", "--name", "tiny", "--seeds", "1", "--jobs", "1", "--steps", "8")
     with held("alone_in", run):

@@ -19,10 +19,10 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.checkpoint import arrays_of, restore
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.learner import learn
-from cps_agents.learning.ppo import Learner, LearningProgress, PpoSettings
+from cps_agents.learning.ppo import Learner, LearningProgress
 from cps_agents.learning.recipe import Recipe, changed
 from cps_agents.learning.run import TrainingJob
-from cps_agents.learning.shared import make_envs, make_learner, settings_of
+from cps_agents.learning.shared import make_envs, make_learner
 from cps_agents.learning.twins import Twins
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.recipes.learning import OWN, learning_recipe
@@ -85,19 +85,14 @@ def test_of_two_like_episodes_the_better_one_is_followed() -> None:
 
 def test_twins_need_pairs() -> None:
     with pytest.raises(CommandError, match="paired"):
-        Twins(make_envs(recipe_of("attacker"), 0), PpoSettings(steps=1))
+        Twins(make_envs(recipe_of("attacker"), 0), Recipe(total_steps=1))
 
 
 def test_noise_for_an_episode_needs_pairs_and_a_box() -> None:
     with pytest.raises(CommandError, match="paired"):
-        EpisodeNoise(make_envs(recipe_of("defender"), 0), PpoSettings(steps=1))
+        EpisodeNoise(make_envs(recipe_of("defender"), 0), Recipe(total_steps=1))
     with pytest.raises(CommandError, match="continuous"):
         make_learner(recipe_of("attacker", episode_noise=True), 0)
-
-
-def test_a_budget_is_needed() -> None:
-    with pytest.raises(CommandError, match="budget"):
-        Learner(toy_envs("attacker"), PpoSettings())
 
 
 def test_only_active_rows_are_learned_from(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,7 +152,7 @@ def test_what_is_paid_in_a_pause_counts_for_the_decision_before(monkeypatch: pyt
     with torch.no_grad():
         seen = zip(map(torch.from_numpy, shown.rows), map(torch.from_numpy, shown.truth), strict=True)
         values = torch.stack([learner.network.values(rows, truth) for rows, truth in seen]).numpy()
-    discount, gae_lambda = learner.settings.discount, learner.settings.gae_lambda
+    discount, gae_lambda = learner.recipe.discount, learner.recipe.gae_lambda
 
     def advantage(first: int, row: int) -> float:
         """From a decision to the next one as a single step, and so on."""
@@ -185,7 +180,7 @@ def test_the_value_of_an_active_row_is_told_the_truth() -> None:
 @pytest.mark.parametrize(("run_s", "bias"), [(0.0, 0.0), (15.0, 0.0), (0.0, 2.0)])
 def test_an_untrained_network_plays_like_the_untrained_policy(run_s: float, bias: float) -> None:
     envs = toy_envs("attacker", run_s=run_s, neutral_bias=bias)
-    network, count = Learner(envs, PpoSettings(steps=1)).network, 4000
+    network, count = Learner(envs, Recipe(total_steps=1)).network, 4000
     rows = torch.zeros(count, envs.wired.columns.size)
     rows[:, -network.masked :] = 1
     rows[:, network.last.start + 3] = 1  # action 3 was the last one
@@ -203,7 +198,7 @@ def test_an_untrained_network_plays_like_the_untrained_policy(run_s: float, bias
 
 
 def test_no_illegal_action_is_drawn() -> None:
-    learner = Learner(toy_envs("attacker"), PpoSettings(steps=1, num_steps=30))
+    learner = Learner(toy_envs("attacker"), Recipe(total_steps=1, steps_per_update=30))
     learner.start()
     shown = learner.collect()
     legal = shown.rows[:-1, :, -learner.network.masked :] > 0
@@ -213,7 +208,7 @@ def test_no_illegal_action_is_drawn() -> None:
 
 
 def test_gaussian_actions_have_their_density() -> None:
-    network = Learner(toy_envs("defender", initial_deviation=0.4), PpoSettings(steps=1)).network
+    network = Learner(toy_envs("defender", initial_deviation=0.4), Recipe(total_steps=1)).network
     rows = torch.zeros(5, network.inputs)
     drawn, log_probability = network.draw(rows, torch.Generator().manual_seed(3))
     normal = torch.distributions.Normal(network.outputs(rows), 0.4)
@@ -270,7 +265,7 @@ PLAYED = [
 @pytest.mark.parametrize(("problem", "role", "options"), PLAYED)
 def test_a_played_policy_sees_and_does_what_it_did_in_training(problem: Any, role: Role, options: Any) -> None:
     envs = LearningVectorEnv(problem, role, 8, paired=True, **options)
-    learner = Learner(envs, PpoSettings(steps=1), seed=3)
+    learner = Learner(envs, Recipe(total_steps=1), seed=3)
     with torch.no_grad():
         learner.network.policy[-1].weight.normal_(generator=learner.generator)
     network = learner.network.exported()
@@ -395,7 +390,7 @@ def test_recipes_take_their_numbers_from_the_problems() -> None:
             told = {"adapter": training.adapter, "hold": training.frame_skip, "num_envs": training.num_envs, **own}
             assert {name: getattr(recipe, name) for name in told} == told
             rate = own.get("learning_rate", training.ppo.get("learning_rate", 1e-3))
-            assert settings_of(recipe).learning_rate == rate
+            assert recipe.learning_rate == rate
 
 
 def test_nothing_is_played_twice_in_a_run() -> None:

@@ -15,7 +15,8 @@ from gymnasium import spaces
 from torch import Tensor
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.ppo import Learner, PpoSettings
+from cps_agents.learning.ppo import Learner
+from cps_agents.learning.recipe import Recipe
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import FloatArray
 
@@ -26,22 +27,22 @@ ADVANTAGE_CLIP = 3.0  # deviations, chosen
 class EpisodeNoise(Learner):
     """Plays all episodes from start to end, then takes one step; it needs `paired` environments and a Box."""
 
-    def __init__(self, envs: LearningVectorEnv, settings: PpoSettings, seed: int = 0) -> None:
+    def __init__(self, envs: LearningVectorEnv, recipe: Recipe, seed: int = 0) -> None:
         """See `Learner`.
 
         Raises:
-            CommandError: no budget, environments that are not paired, or actions that are not continuous.
+            CommandError: environments that are not paired, or actions that are not continuous.
         """
         if not envs.paired or not isinstance(envs.single_action_space, spaces.Box):
             raise CommandError("noise that is held for an episode needs paired environments and continuous actions")
-        super().__init__(envs, settings, seed)
+        super().__init__(envs, recipe, seed)
 
     def make_optimizer(self) -> torch.optim.Optimizer:
         """Adam over the policy, with a rate of its own for what it plays whatever it sees; the noise stays as it is."""
         bias = self.network.last_bias
         rest = [each for each in self.network.policy.parameters() if each is not bias]
-        groups: list[dict[str, Any]] = [{"params": rest}, {"params": [bias], "lr": self.settings.bias_learning_rate}]
-        return torch.optim.Adam(groups, self.settings.learning_rate, betas=BETAS)
+        groups: list[dict[str, Any]] = [{"params": rest}, {"params": [bias], "lr": self.recipe.bias_learning_rate}]
+        return torch.optim.Adam(groups, self.recipe.learning_rate, betas=BETAS)
 
     @property
     def restart_every(self) -> int:

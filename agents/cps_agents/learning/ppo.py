@@ -9,47 +9,22 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from cps_agents.errors import CommandError
 from cps_agents.learning.policy_network import PolicyNetwork
+from cps_agents.learning.recipe import Recipe
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 
 LAST_EPISODES = 200  # whose mean return is reported
 EPISODES_PER_START = 20  # that each environment plays between two starts of all of them, which cost one episode
 LEAST_BATCH = 64  # rows; a smaller rest of an epoch is left out
+ADVANTAGE_CLIP = 4.0  # deviations, chosen
 SLOWEST = 0.002  # gain of the running scale of rewards, after 500 steps; the first steps count equally
-
-
-@dataclass(frozen=True)
-class PpoSettings:
-    """What can be set; the defaults are chosen. How an untrained policy plays is a setting of the environments."""
-
-    cpu_s: float = 0.0  # CPU seconds of learning, evaluation left out; 0: without a limit
-    steps: int = 0  # native decisions of all episodes together; 0: without a limit
-    num_steps: int = 64  # decisions of each row between two updates
-    batch_size: int = 4096  # rows of a gradient step
-    epochs: int = 4  # over the rows of an update
-    most_rows: int = 20_000  # of an update; more are drawn from
-    learning_rate: float = 1e-3  # of Adam
-    final_share: float = 0.1  # of learning rate and entropy bonus, reached linearly
-    discount: float = 0.99
-    gae_lambda: float = 0.95  # of generalized advantage estimation (Schulman et al. 2016)
-    clip_range: float = 0.2  # of the ratio of probabilities
-    advantage_clip: float = 4.0  # deviations
-    entropy_bonus: float = 0.0
-    value_weight: float = 0.5
-    target_kl: float = 0.03  # an update ends beyond it, from the second epoch on
-    max_grad_norm: float = 0.5
-    value_warm_up: int = 0  # updates of the value alone, for policies that are not to be forgotten
-    hidden: int = 64  # units of both hidden layers, of policy and value each
-    bias_learning_rate: float = 0.08  # of `episode_noise`: that of the last layer's bias
 
 
 class LearningProgress(NamedTuple):
@@ -80,18 +55,12 @@ class Learner:
     which the second begins so, nothing but `arrays` has to be remembered.
     """
 
-    def __init__(self, envs: LearningVectorEnv, settings: PpoSettings, seed: int = 0) -> None:
-        """`seed` is that of the network and of its draws; the environments have their own.
-
-        Raises:
-            CommandError: no budget.
-        """
-        if settings.cpu_s <= 0 and settings.steps <= 0:
-            raise CommandError("a budget is needed: cpu_s or steps above 0")
+    def __init__(self, envs: LearningVectorEnv, recipe: Recipe, seed: int = 0) -> None:
+        """`seed` is that of the network and of its draws; the environments have their own."""
         torch.set_num_threads(1)
-        self.envs, self.settings = envs, settings
+        self.envs, self.recipe = envs, recipe
         self.generator = torch.Generator().manual_seed(seed)
-        self.network = PolicyNetwork(envs, settings.hidden, self.generator)
+        self.network = PolicyNetwork(envs, recipe.hidden[0], self.generator)
         self.optimizer = self.make_optimizer()
         self.rates = [float(group["lr"]) for group in self.optimizer.param_groups]
         self.updates, self.steps, self.cpu_s = 0, 0, 0.0
@@ -100,20 +69,18 @@ class Learner:
 
     def make_optimizer(self) -> torch.optim.Optimizer:
         """Adam over all that learns."""
-        return torch.optim.Adam(self.network.parameters(), self.settings.learning_rate, eps=1e-5, fused=True)
+        return torch.optim.Adam(self.network.parameters(), self.recipe.learning_rate, eps=1e-5, fused=True)
 
     @property
     def restart_every(self) -> int:
         """Updates between two starts of all episodes."""
-        return max(round(EPISODES_PER_START * self.envs.decisions / self.settings.num_steps), 1)
+        return max(round(EPISODES_PER_START * self.envs.decisions / self.recipe.steps_per_update), 1)
 
     @property
     def share(self) -> float:
         """The share of the budget that is used up, 0 to 1."""
-        settings = self.settings
-        used = [self.steps / settings.steps] if settings.steps > 0 else []
-        used += [self.cpu_s / settings.cpu_s] if settings.cpu_s > 0 else []
-        return min(max(used), 1.0)
+        of_steps, most_cpu_s = self.steps / self.recipe.total_steps, self.recipe.most_cpu_s
+        return min(max(of_steps, self.cpu_s / most_cpu_s if most_cpu_s > 0 else 0.0), 1.0)
 
     def progress(self) -> LearningProgress:
         """How far it is."""
@@ -123,11 +90,12 @@ class Learner:
 
     def learn(self, report: Callable[[LearningProgress], None] = lambda progress: None) -> None:
         """Go on until the budget is used up, and report after each update."""
+        final_share = self.recipe.final_learning_rate / self.recipe.learning_rate  # of the entropy bonus, too
         while self.share < 1:
             began = time.process_time()
             if self.updates % self.restart_every == 0:
                 self.start()
-            falling = 1 - (1 - self.settings.final_share) * self.share
+            falling = 1 - (1 - final_share) * self.share
             for group, rate in zip(self.optimizer.param_groups, self.rates, strict=True):
                 group["lr"] = rate * falling
             self.improve(falling)
@@ -150,7 +118,7 @@ class Learner:
 
     def collect(self) -> Experience:
         """Play `num_steps` decisions of every row."""
-        envs, count = self.envs, self.settings.num_steps
+        envs, count = self.envs, self.recipe.steps_per_update
         played = Experience.empty(
             count, envs.num_envs, self.rows.shape[1], envs.privileged().shape[1], self.network.entries
         )
@@ -178,7 +146,7 @@ class Learner:
 
     def follow(self, reward: FloatArray, ended: BoolArray, active: BoolArray) -> None:
         """Measure how large discounted returns are, by which rewards are divided."""
-        self.discounted = self.settings.discount * self.discounted + reward
+        self.discounted = self.recipe.discount * self.discounted + reward
         if active.any():
             self.scaled_steps += 1
             gain = max(1 / self.scaled_steps, SLOWEST)
@@ -195,36 +163,37 @@ class Learner:
 
     def update(self, played: Experience, chosen: Tensor, falling: float) -> None:
         """Clipped policy gradients and value errors over the rows `chosen`, until the policy has moved enough."""
-        settings, network = self.settings, self.network
+        recipe, network = self.recipe, self.network
+        most_moved = recipe.target_kl or np.inf
         advantages, targets = self.credit(played)
-        if len(chosen) > settings.most_rows:
-            chosen = chosen[torch.randperm(len(chosen), generator=self.generator)[: settings.most_rows]]
+        if len(chosen) > recipe.rows_per_update:
+            chosen = chosen[torch.randperm(len(chosen), generator=self.generator)[: recipe.rows_per_update]]
         rows, truth, actions, before, advantage, target = (
             torch.from_numpy(array).flatten(0, 1)[chosen]
             for array in (played.rows, played.truth, played.actions, played.log_probability, advantages, targets)
         )
         spread = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
-        weight = spread.clamp(-settings.advantage_clip, settings.advantage_clip)
+        weight = spread.clamp(-ADVANTAGE_CLIP, ADVANTAGE_CLIP)
         parameters = list(network.parameters())
-        for epoch in range(settings.epochs):
-            for part in torch.split(torch.randperm(len(rows), generator=self.generator), settings.batch_size):
+        for epoch in range(recipe.epochs):
+            for part in torch.split(torch.randperm(len(rows), generator=self.generator), recipe.batch_size):
                 if len(part) < min(LEAST_BATCH, len(rows)):
                     continue
                 log_probability, entropy = network.judge(rows[part], actions[part])
                 moved = log_probability - before[part]
                 ratio = moved.exp()
-                if epoch > 0 and (ratio.detach() - 1 - moved.detach()).mean() > settings.target_kl:
+                if epoch > 0 and (ratio.detach() - 1 - moved.detach()).mean() > most_moved:
                     return
-                clipped = ratio.clamp(1 - settings.clip_range, 1 + settings.clip_range)
+                clipped = ratio.clamp(1 - recipe.clip_range, 1 + recipe.clip_range)
                 gain = torch.min(ratio * weight[part], clipped * weight[part]).mean()
                 error = (network.values(rows[part], truth[part]) - target[part]).square().mean()
-                bonus = settings.entropy_bonus * falling * entropy.mean()
-                loss = settings.value_weight * error
-                if self.updates >= settings.value_warm_up:
+                bonus = recipe.entropy_bonus * falling * entropy.mean()
+                loss = recipe.value_weight * error
+                if self.updates >= recipe.value_warm_up:
                     loss = loss - gain - bonus
                 self.optimizer.zero_grad()
                 loss.backward()  # type: ignore[no-untyped-call]
-                torch.nn.utils.clip_grad_norm_(parameters, settings.max_grad_norm)
+                torch.nn.utils.clip_grad_norm_(parameters, recipe.max_grad_norm)
                 self.optimizer.step()
 
     def credit(self, played: Experience) -> tuple[Observation, Observation]:
@@ -232,18 +201,18 @@ class Learner:
 
         Where agents pause, what is paid until they are active again counts for the decision before.
         """
-        settings = self.settings
+        recipe = self.recipe
         with torch.inference_mode():
             seen = zip(map(torch.from_numpy, played.rows), map(torch.from_numpy, played.truth), strict=True)
             values = np.stack([self.network.values(rows, truth).numpy() for rows, truth in seen])
         pauses = self.envs.adapter.pauses
-        goes_on = settings.discount * ((played.active[1:] | pauses) & ~played.ended)
+        goes_on = recipe.discount * ((played.active[1:] | pauses) & ~played.ended)
         rewards, decides = played.rewards / np.sqrt(self.scale + 1e-10), played.active[:-1] | (not pauses)
         advantages, following, later = np.empty_like(rewards, np.float32), np.zeros(rewards.shape[1]), values[-1]
         for t in range(len(rewards) - 1, -1, -1):
             gained = rewards[t] + goes_on[t] * later
             error = np.where(decides[t], gained - values[t], 0.0)
-            following = error + np.where(decides[t], settings.gae_lambda, 1.0) * goes_on[t] * following
+            following = error + np.where(decides[t], recipe.gae_lambda, 1.0) * goes_on[t] * following
             later = np.where(decides[t], values[t], gained)
             advantages[t] = following
         return advantages, advantages + values[:-1]

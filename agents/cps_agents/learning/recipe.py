@@ -90,7 +90,7 @@ class Recipe:
     entropy_bonus: float = 0.0
     value_weight: float = 0.5
     value_warm_up: int = 0  # updates of the value alone before the policy that learning begins with may change
-    target_kl: float = 0.0  # an update ends early beyond this; 0: never
+    target_kl: float = 0.0  # an update ends beyond it, from the second epoch on; 0: never
     max_grad_norm: float = 0.5
     twins: bool = False  # play every episode twice, and learn from the difference, see `learning.twins`
     episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`

@@ -19,7 +19,7 @@ from cps_agents.console import to_json
 from cps_agents.files import write_text
 from cps_agents.learning.checkpoint import damaged, read_arrays, restore, write_checkpoint
 from cps_agents.learning.episode_noise import EpisodeNoise
-from cps_agents.learning.ppo import Learner, LearningProgress, PpoSettings
+from cps_agents.learning.ppo import Learner, LearningProgress
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Report, Run, TrainingJob, recording
 from cps_agents.learning.tracking import RunTracker
@@ -77,7 +77,7 @@ def make_learner(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None =
     start = read_start(recipe)
     envs = make_envs(recipe, seed, arrays, None if start is None else start.scaling)
     kind = EpisodeNoise if recipe.episode_noise else Twins if recipe.twins else Learner
-    learner = kind(envs, settings_of(recipe), seed)
+    learner = kind(envs, recipe, seed)
     if start is not None:
         start.put(learner.network)
     return learner
@@ -110,30 +110,6 @@ def make_envs(
         paired=recipe.episode_noise or recipe.twins,
         scaling=scaling,
         **recipe.overrides,
-    )
-
-
-def settings_of(recipe: Recipe) -> PpoSettings:
-    """The learner's settings, as a recipe names them."""
-    return PpoSettings(
-        cpu_s=recipe.most_cpu_s,
-        steps=recipe.total_steps,
-        num_steps=recipe.steps_per_update,
-        batch_size=recipe.batch_size,
-        epochs=recipe.epochs,
-        most_rows=recipe.rows_per_update,
-        learning_rate=recipe.learning_rate,
-        final_share=recipe.final_learning_rate / recipe.learning_rate,
-        discount=recipe.discount,
-        gae_lambda=recipe.gae_lambda,
-        clip_range=recipe.clip_range,
-        entropy_bonus=recipe.entropy_bonus,
-        value_weight=recipe.value_weight,
-        target_kl=recipe.target_kl or np.inf,
-        max_grad_norm=recipe.max_grad_norm,
-        hidden=recipe.hidden[0],
-        value_warm_up=recipe.value_warm_up,
-        bias_learning_rate=recipe.bias_learning_rate,
     )
 
 

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.ppo import Experience, Learner, PpoSettings
+from cps_agents.learning.ppo import Experience, Learner
+from cps_agents.learning.recipe import Recipe
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, Observation
 
@@ -19,15 +20,15 @@ from cps_envs.core.types import BoolArray, Observation
 class Twins(Learner):
     """Plays all episodes from start to end, and learns from each pair's difference; it needs `paired` environments."""
 
-    def __init__(self, envs: LearningVectorEnv, settings: PpoSettings, seed: int = 0) -> None:
+    def __init__(self, envs: LearningVectorEnv, recipe: Recipe, seed: int = 0) -> None:
         """See `Learner`.
 
         Raises:
-            CommandError: no budget, or environments that are not paired.
+            CommandError: environments that are not paired.
         """
         if not envs.paired:
             raise CommandError("twins need paired environments")
-        super().__init__(envs, replace(settings, num_steps=envs.decisions), seed)
+        super().__init__(envs, replace(recipe, steps_per_update=envs.decisions), seed)
 
     @property
     def restart_every(self) -> int:
