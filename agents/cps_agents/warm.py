@@ -37,7 +37,7 @@ CHEAP = {
 
 @dataclass(frozen=True)
 class Visit:
-    """A short use of a problem, whose kernels are compiled by it if they are not yet."""
+    """A short use of a problem that compiles those of its kernels that are not compiled yet."""
 
     problem: str
     what: str

@@ -32,7 +32,7 @@ Dispatcher = TypeVar("Dispatcher", bound=Callable[..., Any])
 
 
 class Index(IndexDataCacheFile):
-    """The list of what is kept of a function; one that cannot be read counts as empty.
+    """The index of the compiled forms that are kept of a function; one that cannot be read counts as empty.
 
     It names the classes of the signatures, which may have gone since it was written, or it may be damaged.
     """
@@ -79,7 +79,7 @@ class SourceCache(FunctionCache):
 
 
 class Unkept(NullCache):
-    """For functions whose compiled form no folder can take."""
+    """The cache of a function where no folder can be written: it keeps nothing."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._py_func = function

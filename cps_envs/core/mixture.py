@@ -113,7 +113,7 @@ class Mixture(AnalyticPolicy):
 
 
 class Places(NamedTuple):
-    """Environments by policy."""
+    """Which environments each policy of a mixture plays."""
 
     order: IntArray  # (B,) the environments, those of one policy after those of another
     back: IntArray  # (B,) where each environment comes in this order

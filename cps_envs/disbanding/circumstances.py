@@ -19,7 +19,7 @@ from cps_envs.disbanding.state import State
 
 
 class Circumstances(NamedTuple):
-    """The numbers and intervals that these are drawn from; nothing is drawn where an interval is exact."""
+    """The intervals that an episode's circumstances are drawn from; nothing is drawn where an interval is exact."""
 
     earliest_opening_s: int
     latest_opening_s: int

@@ -19,7 +19,7 @@ RIDE_S = 0.1  # between two notes of the ride; chosen: passengers hardly feel wh
 
 
 class Perturbation(NamedTuple):
-    """What moves a start away from the steady state, per vehicle; absent vehicles are ignored."""
+    """How a start differs from the steady state, for each vehicle; absent vehicles are ignored."""
 
     gap_factor: FloatArray  # (B, M) multiplies the steady gap: x_d inside a platoon, h v_d ahead of a leader
     speed_offset_mps: FloatArray  # (B, M) is added to v_d and limited to the speed range

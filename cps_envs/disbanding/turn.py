@@ -17,7 +17,7 @@ from cps_envs.disbanding.state import Constants, State
 
 
 class Account(NamedTuple):
-    """What the attacker may do and has been paid for."""
+    """The attacker's budget that is left, its legal attacks, and its payoff so far."""
 
     budget: IntArray  # (B,) platoons that the attacker may still disband
     legal: BoolArray  # (B, N + 1) or (B, 2 N) attacks

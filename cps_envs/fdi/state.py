@@ -178,7 +178,7 @@ def disturbance_covariance(config: FdiConfig) -> FloatArray:
 
 
 class Layout(NamedTuple):
-    """Of a role's observations, see `core.fields.Fields`."""
+    """How a role's observations are encoded, see `core.fields.Fields`."""
 
     offsets: Array  # (1,) where each field begins
     scale: FloatArray  # (2, size)

@@ -18,7 +18,7 @@ SMALL_C, SMALL_STD = SMALL["C"], SMALL["std"]
 
 
 class Tables(NamedTuple):
-    """What the rows are made with, for S sensors and C choices; sets and filters as in `neighbours`."""
+    """Lookup tables for the rows of S sensors, with C choices; sets and filters as in `neighbours`."""
 
     reference_c: float
     duration_h: float

@@ -15,7 +15,7 @@ from cps_envs.hvac.config import HvacConfig
 
 
 class Drift(NamedTuple):
-    """What the courses of a day are drawn from."""
+    """The distribution of a day's unknown heat and of its forecast errors."""
 
     least_heat_w: float
     most_heat_w: float

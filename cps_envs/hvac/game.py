@@ -35,7 +35,7 @@ PAID = {"impact": "a_impact", "discomfort": "discomfort_h", "energy": "attack_kw
 
 
 class Views(NamedTuple):
-    """Room for what the roles observe, in units, and where each field begins."""
+    """Arrays that hold the roles' observations in units, and where each field begins."""
 
     attacker: FloatArray  # (B, size)
     defender: FloatArray  # (B, size)

@@ -21,7 +21,7 @@ LEAST_STD_C = 1e-3  # of the noise that filters assume: readings without any wou
 
 
 class Gains(NamedTuple):
-    """Of F filters for n zones and S sensors."""
+    """The matrices of F Kalman filters for n zones and S sensors."""
 
     gain: FloatArray  # (F, 2n, S) C/C, then W/C; zero for sensors that the filter does not use
     scale: FloatArray  # (F, S) 1/C, one by the standard deviation of an innovation, reading minus prediction

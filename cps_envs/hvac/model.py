@@ -21,7 +21,7 @@ CHUNK = 16  # samples of the window of which one sum is kept all the time, see `
 
 
 class Rules(NamedTuple):
-    """Numbers of a configuration."""
+    """The numbers of a configuration that kernels need."""
 
     step_s: float
     window_steps: int  # N_e

@@ -29,7 +29,7 @@ ENOUGH = 1e-4  # of the fall in cost that the slope promises (Armijo)
 
 
 class Desk(NamedTuple):
-    """Room for one plan of N steps of n zones; without rows where the controller does not plan."""
+    """Scratch arrays for one plan of N steps of n zones; without rows where the controller does not plan."""
 
     path: FloatArray  # (N, n) C, x(k + 1) .. x(k + N) under a plan
     slope: FloatArray  # (N, n) C2/W, of the cost by each heating

@@ -21,7 +21,7 @@ UNCERTAIN = 1e4  # initial variance of the recursive least squares, in units of 
 
 
 class Chances(NamedTuple):
-    """What is drawn of an attack."""
+    """The ranges from which an attack's onset and number of compromised sensors are drawn."""
 
     first_onset: int
     last_onset: int
@@ -31,7 +31,7 @@ class Chances(NamedTuple):
 
 
 class Draws(NamedTuple):
-    """What resets draw from."""
+    """Everything that a reset draws from."""
 
     chances: Array  # (1,) of Chances
     drift: Array  # (1,) of Drift

@@ -16,7 +16,7 @@ from cps_envs.rogue.state import NEVER, Drawn, Rules, State, platoon
 
 
 class Uniform(NamedTuple):
-    """What is drawn uniformly, in the order of the draws."""
+    """The quantities that an episode draws uniformly, in the order of the draws."""
 
     drive_mps2: float
     power_ratio: float

@@ -33,7 +33,7 @@ from cps_envs.testbed.swarm import RobotTeam
 
 
 class Account(NamedTuple):
-    """What the attacker may do and has been paid for."""
+    """The attacker's budget that is left, its legal attacks, and the velocity error that it is paid for."""
 
     budget: IntArray  # (B,) platoons that the attacker may still disband
     legal: BoolArray  # (B, N + 1) attacks

@@ -27,7 +27,7 @@ class Layout(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What decides when a vehicle acts."""
+    """When a vehicle corrects itself: by warnings or its own detection, and for how long."""
 
     heeds_warning: bool
     everywhere: bool  # corrections act on every intact vehicle, not only upstream of a disbanded platoon

@@ -35,7 +35,7 @@ class Prediction(NamedTuple):
 
 
 class Knobs(NamedTuple):
-    """What kernels read of `JointSettings`, see there."""
+    """The part of `JointSettings` that kernels need."""
 
     period_s: float
     gap_weight: float

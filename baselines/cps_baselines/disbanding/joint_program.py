@@ -33,7 +33,7 @@ CAPS = (1e3, 1e3, 300.0)
 
 @dataclass(frozen=True)
 class JointSettings:
-    """The program's knobs."""
+    """Horizon, weights and limits of the program."""
 
     horizon: int  # H, periods predicted
     period_s: float  # T, for which a command is held in the plan
@@ -66,7 +66,7 @@ class JointDesign(NamedTuple):
 
 
 class JointScratch(NamedTuple):
-    """Room for a program of M vehicles. The three rows are the command, the speed and the gap after each period."""
+    """Scratch arrays for a program of M vehicles. Its rows: the command, the speed and the gap after each period."""
 
     linear: Vector  # (M, H) the program's linear term
     right: Vector  # (M, H)

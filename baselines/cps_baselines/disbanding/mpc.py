@@ -79,7 +79,7 @@ class Motion(NamedTuple):
 
 
 class Preceding(NamedTuple):
-    """What it knows of the vehicle ahead."""
+    """What a vehicle knows of the one ahead."""
 
     speed: float  # m/s
     acceleration: float  # m/s2
@@ -87,7 +87,7 @@ class Preceding(NamedTuple):
 
 
 class MpcScratch(NamedTuple):
-    """Room for solving one program."""
+    """Scratch arrays for solving one program."""
 
     error: Vector  # (3,)
     linear: Vector  # (H,) f

@@ -17,7 +17,7 @@ from cps_envs.fdi.state import Constants, Matrices, Scratch, constants_of, matri
 
 
 class Form(NamedTuple):
-    """What kernels know of the S slots of an action, and of what an attacker sees."""
+    """The S slots of an action and the layout of an attacker's observation, as kernels need them."""
 
     sensors: IntArray  # (S,) readings
     bounds: IntArray  # (S,) largest levels

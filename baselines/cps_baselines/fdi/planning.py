@@ -24,7 +24,7 @@ MULTIPLIER, INCREMENT, MODULUS = 1103515245, 12345, 2**31  # of the random numbe
 
 
 class Habits(NamedTuple):
-    """How plans are changed and compared; the last six say how often a kind of change is tried."""
+    """How a search by annealing changes and compares plans; the last six say how often a kind of change is tried."""
 
     missed: float  # m/s for each metre that the target's gap is from closed at the end
     hottest: float  # m/s by which a change may make a plan worse, at first
@@ -40,7 +40,7 @@ class Habits(NamedTuple):
 
 
 class Platoon(NamedTuple):
-    """What the plans of an episode are played in."""
+    """The model of an episode's platoon in which plans are tried."""
 
     gain_p: float  # k_p, 1/s2
     gain_d: float  # k_d, 1/s

@@ -57,7 +57,7 @@ class RandomInjection(InjectionPolicy):
 
 
 class Choice(NamedTuple):
-    """What a random attacker chooses from, and by what."""
+    """The levels that a random attacker draws from, and the random numbers for it."""
 
     largest: IntArray  # (S,) bounds of |level|
     jumps: Array  # (horizon, 4) from the start of a stream to the numbers of a step

@@ -88,7 +88,7 @@ class Replay(InjectionPolicy):
 
 
 class Plans(NamedTuple):
-    """The plans of T tasks."""
+    """The known best plans of T tasks."""
 
     levels: IntArray  # (T, k, S)
     keys: IntArray  # (T,) of the tasks, sorted

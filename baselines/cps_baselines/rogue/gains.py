@@ -16,7 +16,7 @@ from cps_envs.rogue.actions import Engine, action_for, engine_of
 
 
 class Law(NamedTuple):
-    """The law (5.15) with other gains."""
+    """The gains with which the seized vehicle drives by (5.15), and how long its first kick lasts."""
 
     proportional_per_s2: float
     derivative_per_s: float

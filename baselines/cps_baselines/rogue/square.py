@@ -19,7 +19,7 @@ LONG_DUTY = 0.85  # chosen: drag does not stop the vehicle in the long run, whic
 
 
 class Times(NamedTuple):
-    """Times of the game."""
+    """The length of an episode and of a decision."""
 
     duration_s: float
     hold_s: float  # between two decisions

@@ -16,7 +16,7 @@ from cps_envs.rogue.actions import Engine, action_for, engine_of
 
 
 class Pattern(NamedTuple):
-    """What is repeated from the onset on."""
+    """The pattern of strikes and obedience that repeats from the onset on."""
 
     duration_s: float  # of the episode
     hold_s: float  # between two decisions

@@ -37,7 +37,7 @@ class Sight(NamedTuple):
 
 
 class Voice(NamedTuple):
-    """What kernels know of the S slots of an action."""
+    """The S slots of an action, as kernels need them."""
 
     ranges: BoolArray  # (S,) whether they are of ranges, else of range-rates
     resolution: FloatArray  # (S,) m or m/s
