@@ -191,6 +191,66 @@ def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics() -
                     assert abs(difference.mean()) <= deviation / 4
 
 
+def test_the_noise_of_each_reading_has_a_number_of_its_own() -> None:
+    deviations = {"gap_error": 0.3, "gap_rate": 0.2, "acceleration": 0.7, "speed": 0.4}
+    names = ("range_noise_m", "range_rate_noise_mps", "acceleration_noise_mps2", "speed_noise_mps")
+    noisy = started(preset="easy", **dict(zip(names, deviations.values(), strict=True)))
+    exact = started(preset="easy", **dict.fromkeys(names, 0.0))
+    for game in (noisy, exact):
+        go(game, 1.0, [1, 0] * 4, 3)
+    seed, now, n = int(noisy.drawn["noise_seed"][0]), int(noisy.state.step.ravel()[0]), 5
+    seats = [i for i in range(n) if i != noisy.drawn["attacker"][0]]
+
+    def drawn(name: str, *numbers: int) -> Array:
+        return np.array([noise(deviations[name], seed, now, number) for number in numbers])
+
+    for place, name in enumerate(deviations):  # what the defender sees, from number 1,000 on, one kind after the other
+        with_noise, without = (seen(game, "defender")[name][0] for game in (noisy, exact))
+        expected = drawn(name, *(1_000 + place * n + i for i in range(with_noise.size)))
+        assert with_noise - without == pytest.approx(expected, abs=1e-4), name
+    noisy_rows, exact_rows = (
+        vehicle_fields(game.config).decode(game.team("defender").observe()) for game in (noisy, exact)
+    )
+    kinds = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "front_acceleration")
+    for place, field in enumerate((*kinds, "rear_acceleration")):  # what vehicles see, six numbers each
+        sides = [i for i in seats if (i > 0 if field.startswith("rear") else i < n - 1)]
+        expected = drawn(field.partition("_")[2], *(1_000_000 + 6 * i + place for i in sides))
+        difference = (noisy_rows[field] - exact_rows[field])[0][[seats.index(i) for i in sides]]
+        assert difference == pytest.approx(expected, abs=1e-4), field
+
+
+def test_an_episode_begins_in_a_perturbed_row_with_nothing_counted() -> None:
+    game = started(preset="learning", spacing_spread_m=2.0, speed_spread_mps=1.5, attack_share=1.0)
+    go(game, 1.0, num_steps=40)
+    game.reset(np.ones(1, bool), [np.random.default_rng(3)])
+    c, r = game.drawn, game.config
+    n = int(c["num_vehicles"][0])
+    x, v = game.state.position[0, :n], game.state.speed[0, :n]
+    assert x[0] == 0.0
+    assert x[-1] == c["reference_start_m"][0]
+    assert np.all(np.abs(np.diff(x) - r.separation_m) <= 2.0)
+    assert np.all(np.abs(v - c["reference_speed_mps"][0]) <= 1.5)
+    assert np.ptp(np.diff(x)) > 0.5
+    assert np.ptp(v) > 0.5
+    assert np.all(game.state.armed[0, : n - 1])
+    still = (
+        "acceleration",
+        "effort",
+        "growth",
+        "front_detector",
+        "rear_detector",
+        "damage",
+        "alarm",
+        "collisions",
+        "step",
+    )
+    for name in still:
+        assert not np.any(getattr(game.state, name)), name
+    found = game.metrics()
+    assert (found["first_collision_s"][0], found["first_alarm_s"][0]) == (-1.0, -1.0)
+    assert found["formation_charge"][0] == found["false_alarms"][0] == 0.0
+
+
 def test_a_scene_is_a_copy() -> None:
     game = started(power_ratio=1.4)
     scene = game.scene(0)

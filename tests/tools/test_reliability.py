@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -262,6 +263,25 @@ def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
     assert [path.name for path in publish(written, tmp_path)] == ["reliability.json", "reliability.md"]
     with pytest.raises(CommandError, match="folder docs"):
         publish(written, tmp_path / "nowhere")
+
+
+def test_rows_that_were_not_done_again_stay_with_the_run_they_are_of(tmp_path: Path) -> None:
+    part = part_of({"tried": 5, "bad": 0})
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
+    (tmp_path / "docs").mkdir()
+    first = document([found])["parts"]["toy"]
+    row = dict(first["rows"]["row"])
+    earlier = {**first, "rows": {"row": row, "older": {**row, "tried": 7}}}
+    earlier["runs"] = [{**first["runs"][0], "rows": ["row", "older"], "commits": ["abc"]}]
+    publish({"parts": {"fuzz": earlier}}, tmp_path)
+    publish({"parts": {"fuzz": first}}, tmp_path)
+    kept = json.loads((tmp_path / "docs" / "reliability.json").read_text(encoding="utf-8"))["parts"]["fuzz"]
+    assert list(kept["rows"]) == [*first["rows"], "older"]
+    assert kept["totals"]["tried"] == first["totals"]["tried"] + 7
+    assert [run["rows"] for run in kept["runs"]] == [list(first["rows"]), ["older"]]
+    page = (tmp_path / "docs" / "reliability.md").read_text(encoding="utf-8")
+    assert "The row below them is of a run before" in page
+    assert "`abc`" in page
 
 
 def test_the_command_refuses_unknown_parts_and_reports_without_work(tmp_path: Path) -> None:

@@ -41,13 +41,21 @@ def document(found: Sequence[Findings]) -> Document:
     described = {name: machine[name] for name in MACHINE}
     return {
         "command": machine["command"],
-        "parts": {each.part.name: {**_plain(each), "machine": described} for each in found if each.results},
+        "parts": {each.part.name: _plain(each, described) for each in found if each.results},
     }
 
 
-def _plain(found: Findings) -> dict[str, Any]:
+def _plain(found: Findings, machine: dict[str, Any]) -> dict[str, Any]:
     part, results = found.part, found.results
     dates = sorted({result["date"] for result in results})
+    run = {
+        "rows": list(found.rows),
+        "done": len(results),
+        "cpu_s": round(sum(result.get("cpu_s", 0.0) for result in results)),
+        "dates": [dates[0], dates[-1]],
+        "commits": sorted({result["commit"] for result in results}),
+        "machine": machine,
+    }
     return {
         "title": part.title,
         "about": part.about,
@@ -55,18 +63,15 @@ def _plain(found: Findings) -> dict[str, Any]:
         "forbidden": [name for name in part.columns if name in part.forbidden],
         "rows": found.rows,
         "totals": found.totals,
-        "done": len(results),
         "chunks": found.chunks,
-        "cpu_s": round(sum(result.get("cpu_s", 0.0) for result in results)),
-        "dates": [dates[0], dates[-1]],
-        "commits": sorted({result["commit"] for result in results}),
+        "runs": [run],
         "examples": found.examples,
         "lines": list(dict.fromkeys(line for result in results for line in result.get("lines", []))),
     }
 
 
 def publish(new: Document, root: Path) -> list[Path]:
-    """Renew the page and its data below `root` for the parts of the document; the others stay. Returns their paths.
+    """Renew the page and its data below `root` for the rows of the document; the others stay. Returns their paths.
 
     Raises:
         CommandError: this is not the folder of the repository.
@@ -74,12 +79,27 @@ def publish(new: Document, root: Path) -> list[Path]:
     data, page = root / "docs" / "reliability.json", root / "docs" / "reliability.md"
     if not data.parent.is_dir():
         raise CommandError("there is no folder docs here: publish from the folder of the repository")
-    before = json.loads(data.read_text(encoding="utf-8")) if data.is_file() else {"parts": {}}
-    known = {**before["parts"], **new["parts"]}
+    before = json.loads(data.read_text(encoding="utf-8"))["parts"] if data.is_file() else {}
+    known = {
+        **before,
+        **{name: _beside(part, before[name]) if name in before else part for name, part in new["parts"].items()},
+    }
     kept = {"parts": {name: known[name] for name in PARTS if name in known}}
     write_json(data, kept)
     write_text(page, markdown(kept))
     return [data, page]
+
+
+def _beside(new: dict[str, Any], old: dict[str, Any]) -> dict[str, Any]:
+    """A part whose rows that were not done again stand below the new ones, with the run that they are of."""
+    runs = [{**run, "rows": [row for row in run["rows"] if row not in new["rows"]]} for run in old["runs"]]
+    runs = [run for run in runs if run["rows"]]
+    if not runs:
+        return new
+    rows = {**new["rows"], **{row: old["rows"][row] for run in runs for row in run["rows"]}}
+    totals = {name: sum(row.get(name, 0) for row in rows.values()) for name in new["columns"]}
+    lines = list(dict.fromkeys([*new["lines"], *old["lines"]]))
+    return {**new, "rows": rows, "totals": totals, "runs": [*new["runs"], *runs], "lines": lines}
 
 
 def markdown(whole: Document) -> str:
@@ -98,15 +118,25 @@ def _section(part: dict[str, Any]) -> str:
     lines += [f"- {line}" for line in part["lines"]]
     if part["examples"]:
         lines += ["", "Counterexamples:", "", *(f"- {' '.join(line.split())}" for line in part["examples"])]
-    return "\n".join([*lines, "", _origin(part), ""])
+    return "\n".join([*lines, "", *_origins(part), ""])
 
 
-def _origin(part: dict[str, Any]) -> str:
-    first, last = part["dates"]
+def _origins(part: dict[str, Any]) -> list[str]:
+    """Where the rows are from; older ones stand below."""
+    last, *before = part["runs"]
+    lines = [f"{last['done']} of {part['chunks']} pieces, {_circumstances(last)}"]
+    for run in before:
+        count = len(run["rows"])
+        below = "The row below them is" if count == 1 else f"The {count} rows below them are"
+        lines += ["", f"{below} of a run before: {run['done']} pieces, {_circumstances(run)}"]
+    return lines
+
+
+def _circumstances(run: dict[str, Any]) -> str:
+    first, last = run["dates"]
     when = first if first == last else f"{first} to {last}"
-    commits = ", ".join(f"`{commit}`" for commit in part["commits"])
-    machine = part["machine"]
+    commits, machine = ", ".join(f"`{commit}`" for commit in run["commits"]), run["machine"]
     return (
-        f"{part['done']} of {part['chunks']} pieces, {part['cpu_s']:,} CPU seconds, {when}, commit {commits}, on "
-        f"{machine['cores']} cores of {machine['cpu']}, Python {machine['python']}."
+        f"{run['cpu_s']:,} CPU seconds, {when}, commit {commits}, on {machine['cores']} cores of {machine['cpu']}, "
+        f"Python {machine['python']}."
     )

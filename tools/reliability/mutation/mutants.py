@@ -60,6 +60,11 @@ def draw(source: str, path: str, number: int, seed: int = 0) -> list[Mutant]:
     return [_mutant(tree, places[place], path) for place in order[:number].tolist()]
 
 
+def count(source: str) -> int:
+    """How many different mutants a source has."""
+    return sum(1 for _ in _changes(ast.parse(source)))
+
+
 def _changes(tree: ast.Module) -> Iterator[tuple[int, int]]:
     """Each place in the order of the tree, and each way to change what is there."""
     quiet = _quiet(tree)

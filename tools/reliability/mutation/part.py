@@ -13,7 +13,7 @@ from typing import Any
 
 from tools.reliability.chunk import ROOT, Chunk, Part, Result
 from tools.reliability.journal import Journal
-from tools.reliability.mutation.mutants import Mutant, draw
+from tools.reliability.mutation.mutants import Mutant, count, draw
 from tools.reliability.mutation.targets import TARGETS, Target
 from tools.reliability.mutation.trial import Replacing, run_tests, warm_up
 
@@ -31,7 +31,8 @@ def chunks() -> list[Chunk]:
     for target in TARGETS:
         tests = dict.fromkeys(test.partition("::")[0] for test in target.tests)
         sources, known = (target.path, *tests, *OURS), [each for each in equivalents() if each["path"] == target.path]
-        for number in range(-(-target.mutants // PER_CHUNK)):
+        mutants = min(target.mutants, count((ROOT / target.path).read_text(encoding="utf-8")))
+        for number in range(-(-mutants // PER_CHUNK)):
             environment = {"NUMBA_DISABLE_JIT": "1", "CPS_ENVS_TRUST": "1"}
             chunk = Chunk("mutation", target.path, number, sources, json.dumps(known), environment, 7200, 1800)
             found.append(chunk)
@@ -102,8 +103,9 @@ PART = Part(
     about=(
         "A mutant is a module with one small mistake: an operator, a comparison, a condition or a number is changed. "
         "The tests nearest to the module have to fail. Mutants are drawn by a fixed seed, so many of a module as its "
-        "row says, and not all that there are. Observations, sensors, filters, starts of episodes, scoring, "
-        "exploitability and the chapters' rules are not mutated. Kernels run as plain Python. "
+        "row says; of the payoffs all that there are. What has no row here is not mutated: filters and estimates, "
+        "detectors, controllers and other policies, viewers, learning, the adapters, commands and pages, and of the "
+        "chapters all but the rules of verdicts. Kernels run as plain Python. "
         "An equivalent mutant changes nothing that anybody could observe; "
         "`tools/reliability/mutation/equivalent.json` gives the reason for each."
     ),

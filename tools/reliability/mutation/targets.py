@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+FEW, ALL = 10, 10_000  # mutants of a module
 CORE = ("match", "environments", "frame_skip", "mixture", "policy_state")
 
 
@@ -62,6 +63,99 @@ VALUE = _of(
     "nobody_chooses_on_the_episodes_that_it_is_valued_on",
     "limits_are_student_s",
 )
+SEEN_DISBANDING = (
+    *_of(
+        "tests/disbanding/test_game.py",
+        "attacker_rows_are_in_the_paper_s_numbering",
+        "defender_sees_vehicles_front_to_rear_and_the_broadcast_ahead",
+        "swarm_rows_agree_with_the_state",
+        "privileged_tells_what_episodes_hide",
+    ),
+    *_of(
+        "tests/disbanding/test_radio.py",
+        "what_the_radio_is_like_shows_before_an_attack_in_the_silence_alone",
+        "silence_tells_a_jam_from_peace_in_both_forms",
+    ),
+)
+STARTED_DISBANDING = (
+    *_of(
+        "tests/disbanding/test_game.py",
+        "paper_is_table_2_1_and_deterministic",
+        "learning_draws_what_the_specification_says",
+        "learning_draws_within_its_ranges",
+    ),
+    *_of(
+        "tests/disbanding/test_circumstances.py",
+        "new_draws_shift_no_old_one",
+        "an_element_that_is_off_draws_nothing",
+        "a_share_of_the_episodes_is_quiet_and_the_others_open_at_any_time",
+    ),
+)
+SEEN_FDI = (
+    *_of(
+        "tests/fdi/test_game.py",
+        "drawn_tasks_are_observed_and_masked",
+        "kinematic_residual_shows_a_change_of_range_only",
+        "the_mask_is_what_the_constraints_say",
+    ),
+    *_of("tests/fdi/test_duel.py", "honest_readings_are_noisy_multiples_of_the_resolution"),
+)
+SENSORS_FDI = _of(
+    "tests/fdi/test_duel.py",
+    "sensors_read_as_they_are_written",
+    "vehicles_follow_what_front_and_rear_sensors_tell_them",
+)
+STARTED_FDI = _of(
+    "tests/fdi/test_duel.py",
+    "onsets_shares_gains_and_disturbances_are_drawn_as_stated",
+    "drawn_gains_are_those_of_the_commands",
+)
+SEEN_HVAC = _of(
+    "tests/hvac/test_game.py",
+    "defender_sees_what_moving_targets_need",
+    "attacker_sees_everything_or_its_own_sensors",
+    "the_attack_is_active_when_the_next_reading_counts",
+    "the_attacker_sees_the_choice_only_where_it_may",
+    "presets_hide_the_choice_where_heat_drifts",
+)
+STARTED_HVAC = _of(
+    "tests/hvac/test_game.py",
+    "noise_does_not_depend_on_what_anybody_does_or_on_the_attack",
+    "learning_draws_within_its_ranges",
+    "the_paper_s_group_is_a_prefix_of_the_order",
+    "readings_of_the_start_are_never_forged",
+)
+SENSORS_HVAC = (
+    *_of("tests/hvac/test_config.py", "there_are_as_many_sets_as_sensors", "sets_of_sensors_in_a_row_go_round"),
+    *_of("tests/hvac/test_config.py", "too_many_sets_have_to_be_named"),
+    *STARTED_HVAC,
+)
+MOVED_ROGUE = ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")
+SEEN_ROGUE = _of(
+    "tests/rogue/test_game.py",
+    "the_attacker_sees_its_own_surroundings",
+    "the_defender_sees_every_pair_and_vehicle",
+    "swarm_rows_agree_with_the_central_view",
+    "the_noise_of_each_reading_has_a_number_of_its_own",
+)
+STARTED_ROGUE = _of(
+    "tests/rogue/test_game.py",
+    "an_episode_begins_in_a_perturbed_row_with_nothing_counted",
+    "learning_draws_within_its_ranges",
+    "the_attacker_sees_its_own_surroundings",
+)
+EXPLOITED = _of(
+    "tests/agents/test_league_response.py",
+    "gains_over_a_league_count_both_intervals",
+    "validation_chooses_the_best_of_all_and_fresh_episodes_judge_it",
+)
+VERDICTS = _of(
+    "tests/baselines/test_exhibit.py",
+    "what_left_the_reference_fails_unless_it_always_was_outside",
+    "near_is_twice_the_tolerance",
+    "rule_of_numbers",
+    "rule_of_cases",
+)
 TARGETS = (
     Target("cps_envs/core/match.py", _core(*CORE), 40),
     Target(
@@ -81,13 +175,28 @@ TARGETS = (
     Target(
         "cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_contact.py", "tests/disbanding/test_reference.py")
     ),
-    Target("cps_envs/disbanding/payoff.py", DISBANDING),
+    Target("cps_envs/disbanding/payoff.py", DISBANDING, ALL),
+    Target("cps_envs/disbanding/observation.py", SEEN_DISBANDING, FEW),
+    Target("cps_envs/disbanding/start.py", STARTED_DISBANDING, FEW),
     Target("cps_envs/fdi/dynamics.py", ("tests/fdi/test_correcting.py", *FDI)),
-    Target("cps_envs/fdi/payoff.py", FDI),
+    Target("cps_envs/fdi/payoff.py", FDI, ALL),
+    Target("cps_envs/fdi/observation.py", SEEN_FDI, FEW),
+    Target("cps_envs/fdi/sensors.py", SENSORS_FDI, FEW),
+    Target("cps_envs/fdi/drawing.py", STARTED_FDI, FEW),
     Target("cps_envs/hvac/dynamics.py", HVAC),
-    Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_payoff.py",)),
-    Target("cps_envs/rogue/dynamics.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")),
-    Target("cps_envs/rogue/payoff.py", ROGUE),
+    Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_payoff.py",), ALL),
+    Target("cps_envs/hvac/observation.py", SEEN_HVAC, FEW),
+    Target("cps_envs/hvac/sensors.py", SENSORS_HVAC, FEW),
+    Target("cps_envs/hvac/start.py", STARTED_HVAC, FEW),
+    Target("cps_envs/rogue/dynamics.py", MOVED_ROGUE),
+    Target("cps_envs/rogue/lanes.py", MOVED_ROGUE),
+    Target("cps_envs/rogue/payoff.py", ROGUE, ALL),
+    Target("cps_envs/rogue/observation.py", SEEN_ROGUE, FEW),
+    Target("cps_envs/rogue/start.py", STARTED_ROGUE, FEW),
     Target("agents/cps_agents/arena/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
     Target("agents/cps_agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py", *VALUE), 40),
+    Target("agents/cps_agents/league/exploitability.py", EXPLOITED, FEW),
+    Target("agents/cps_agents/scoring/score.py", ("tests/agents/test_scoring.py",), FEW),
+    Target("paper/cps_paper/verdicts.py", VERDICTS, FEW),
+    Target("tools/coverage/simulation.py", _of("tests/tools/test_coverage.py", "intervals_are_counted_by_side"), FEW),
 )
