@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from cps_envs.core.kalman import take_in
 from cps_envs.core.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.legality import resolution
@@ -66,18 +67,14 @@ def innovation_of(episode: State, c: Constants, reading: int) -> float:
 @inlined
 def update(episode: State, c: Constants, column: FloatArray) -> None:
     """Turn the prediction into the estimate of now by the readings that are trusted; `column` (2n,) is scratch."""
-    covariance, size = episode.covariance, episode.error.size
+    covariance = episode.covariance
     for j in range(c.readings):
         if episode.trust[j] == 0:
             continue
         state = state_of(j, episode.command.size, c.readings)
         copy(covariance[state], column)
-        innovation, variance = innovation_of(episode, c, j), column[state] + variance_of(j, c)
-        for i in range(size):
-            gain = column[i] / variance
-            episode.prediction[i] += gain * innovation
-            for k in range(size):
-                covariance[i, k] -= gain * column[k]
+        innovation, total = innovation_of(episode, c, j), column[state] + variance_of(j, c)
+        take_in(episode.prediction, covariance, column, column, innovation, total)
 
 
 @inlined

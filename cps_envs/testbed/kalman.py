@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from cps_envs.core.kalman import take_in
 from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.testbed.state import POSITION_DRIFT_M2, Rules
@@ -41,17 +42,9 @@ def correct(estimate: FloatArray, covariance: FloatArray, x: float, y: float, ru
     for axis in range(2):
         innovation = (x if axis == 0 else y) - estimate[axis]
         total = covariance[axis, axis] + rules.camera_variance_m2
-        gain = (
-            covariance[0, axis] / total,
-            covariance[1, axis] / total,
-            covariance[2, axis] / total,
-            covariance[3, axis] / total,
-        )
+        column = covariance[0, axis], covariance[1, axis], covariance[2, axis], covariance[3, axis]
         row = covariance[axis, 0], covariance[axis, 1], covariance[axis, 2], covariance[axis, 3]
-        for k in range(4):
-            estimate[k] += gain[k] * innovation
-            for j in range(4):
-                covariance[k, j] -= gain[k] * row[j]
+        take_in(estimate, covariance, column, row, innovation, total)
     for k in range(4):
         for j in range(k):
             covariance[k, j] = covariance[j, k] = (covariance[k, j] + covariance[j, k]) / 2.0
