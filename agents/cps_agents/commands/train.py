@@ -23,6 +23,7 @@ from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_envs.core.errors import require
+from cps_envs.core.problem import Later
 from cps_envs.core.types import Role, other
 
 NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
@@ -34,6 +35,7 @@ EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those o
 Validation is what the attacker is paid, for a defender with a minus: the mean
 over the shipped seeds, on the episodes that chose among their networks, so it is
 no result. `--json` shows opponents and every knob."""
+merge = Later("cps_agents.zoo.merging:merge")  # loads compiled kernels, which --list need not wait for
 OPPONENT = "Train against this {}: a name, mixture?policies=[...] or zoo:NAME. Default: the recipe's."
 
 
@@ -127,8 +129,6 @@ def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Traini
 
 def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str, Any]:
     """What came out; the policies are shipped if asked for."""
-    from cps_agents.zoo.merging import merge  # loads compiled kernels, which --list need not wait for
-
     name = runs[0].recipe.name
     results = train_all(runs, workers, name)
     if ship is not None:

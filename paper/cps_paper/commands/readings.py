@@ -95,8 +95,6 @@ class ChapterReading:
 
     def run(self, jobs: int = 1, report: Report = lambda share, label: None) -> Result:
         """Compute it in so many processes: `document` (plain data), `text` (tables), `tallies`, `passed`, `wall_s`."""
-        from rich.console import Console
-
         started = time.monotonic()
         found = self.compute(jobs, report)
         page = io.StringIO()
