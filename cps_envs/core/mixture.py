@@ -61,14 +61,14 @@ class Mixture(AnalyticPolicy):
         self.decentralised = any(map(is_decentralised, self.policies))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """Draw a policy for each episode and let it begin; for the state see `Block`."""
+        """Draw a policy for each episode and let it begin; for the state see `StateBlock`."""
         drawn = self.draw(generators)
         rows, blocks = np.zeros(len(drawn), np.int64), np.full(len(drawn), None, object)
         places = self._places_of(drawn)
         for policy, part in places.shares:
             envs = places.order[part]
             own = begun(policy, part_of(generators, envs), [knowledge[b] for b in envs])
-            rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
+            rows[envs], blocks[envs] = np.arange(len(envs)), StateBlock(len(envs), own)
         return drawn, rows, blocks
 
     def draw(self, generators: Generators) -> Array:
@@ -92,7 +92,7 @@ class Mixture(AnalyticPolicy):
         for policy, part in places.shares:
             own = _gather(rows[part], blocks[part])
             actions[part], own = ask(policy, seen if alone else seen.part(part), own)
-            own_blocks[part] = Block(part.stop - part.start, own)
+            own_blocks[part] = StateBlock(part.stop - part.start, own)
         if alone:
             return actions, (drawn, places.rows.copy(), own_blocks)
         return actions[places.back], (drawn, places.rows[places.back], own_blocks[places.back])
@@ -128,7 +128,7 @@ def draw_shares(streams: Array, shares: FloatArray) -> None:
         shares[b] = uniform(streams[b])
 
 
-class Block:
+class StateBlock:
     """The state that a policy returned for the `size` environments that it was asked for together.
 
     A mixture's state is for each environment: the index of its policy, its row in a block, and that block. As long as

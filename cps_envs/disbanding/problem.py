@@ -30,7 +30,7 @@ DISBANDING = Problem(
         "easy": {"attacker": "random", "defender": "none"},
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string?detection_mps=0"},
     },
-    viewer="cps_envs.disbanding.picture.viewer:Viewer",
+    viewer="cps_envs.disbanding.picture.viewer:DisbandingViewer",
     swarm={"defender": "vehicle"},
     unit="points of E_v and of the penalty for collisions",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),

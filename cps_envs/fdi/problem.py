@@ -37,7 +37,7 @@ FDI = Problem(
         preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": DEFENDERS.get(preset, "none")}
         for preset in PRESETS
     },
-    viewer="cps_envs.fdi.picture.viewer:Viewer",
+    viewer="cps_envs.fdi.picture.viewer:FdiViewer",
     discrete=("attacker", "defender"),
     swarm={"defender": "sensor"},
     training={

@@ -84,7 +84,7 @@ HVAC = Problem(
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "largest"},
         "hard": {"attacker": LEARNING_ATTACKERS, "defender": "largest"},
     },
-    viewer="cps_envs.hvac.picture.viewer:Viewer",
+    viewer="cps_envs.hvac.picture.viewer:HvacViewer",
     unit="A_impact, C2",
     swarm={"defender": "sensor"},
     training={"attacker": ATTACK, "defender": DEFENSE},

@@ -39,7 +39,7 @@ ROGUE = Problem(
         "easy": {"attacker": EASY_ATTACKERS, "defender": EASY_DEFENDERS},
         "learning": {"attacker": ATTACKERS, "defender": "monitor"},
     },
-    viewer="cps_envs.rogue.picture.viewer:Viewer",
+    viewer="cps_envs.rogue.picture.viewer:RogueViewer",
     swarm={"defender": "vehicle_full"},
     discrete=("defender",),
     unit="m/s",

@@ -46,5 +46,5 @@ TESTBED = Problem(
         "paper": {"attacker": ATTACK, "defender": "none"},
         "mitigated": {"attacker": ATTACK, "defender": mitigation(PERIOD_S, MITIGATED)},
     },
-    viewer="cps_envs.testbed.picture.viewer:Viewer",
+    viewer="cps_envs.testbed.picture.viewer:RobotViewer",
 )

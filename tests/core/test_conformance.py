@@ -77,7 +77,7 @@ def test_foreign_environments_are_refused(target: Any) -> None:
 
 
 def test_arguments_without_json_form_skip_the_spec_check() -> None:
-    subject = find_subject("tests.core.toy:toys/ToyDefense-v0", {"opponent": conformance.Replay([0, 1])})
+    subject = find_subject("tests.core.toy:toys/ToyDefense-v0", {"opponent": conformance.Scripted([0, 1])})
     assert run_check(conformance.check_spec, subject).status == "skipped"
     assert run_check(conformance.check_determinism, subject).status == "passed"
 

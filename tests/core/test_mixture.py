@@ -10,7 +10,7 @@ import pytest
 from gymnasium.utils import seeding
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.mixture import Block, Mixture, _gather
+from cps_envs.core.mixture import Mixture, StateBlock, _gather
 from cps_envs.core.types import Array
 from tests.core.toy import TOY
 
@@ -84,7 +84,7 @@ def test_probabilities_are_the_weights_in_shares() -> None:
 
 
 def test_states_are_put_together_row_by_row() -> None:
-    one, other = Block(2, (np.array([10, 20]),)), Block(2, (np.array([30, 40]),))
+    one, other = StateBlock(2, (np.array([10, 20]),)), StateBlock(2, (np.array([30, 40]),))
 
     def blocks(*found: Any) -> Any:
         array = np.empty(len(found), object)
@@ -96,9 +96,9 @@ def test_states_are_put_together_row_by_row() -> None:
         for rows, found in (([0, 1], (one, one)), ([1, 0], (one, one)), ([0, 1], (one, other)), ([1], (one,)))
     ]
     assert gathered == [[10, 20], [20, 10], [10, 40], [20]]
-    assert _gather(np.array([0, 1]), blocks(Block(2, None), one))[0].tolist() == [0, 20]
-    longer = Block(2, (np.array([50, 60]), np.array([70, 80])))
+    assert _gather(np.array([0, 1]), blocks(StateBlock(2, None), one))[0].tolist() == [0, 20]
+    longer = StateBlock(2, (np.array([50, 60]), np.array([70, 80])))
     with pytest.raises(ValueError, match="zip"):  # a policy that changes how many arrays it remembers is not cut short
         _gather(np.array([0, 1]), blocks(one, longer))
-    three = Block(3, (np.array([10, 20, 30]),))
+    three = StateBlock(3, (np.array([10, 20, 30]),))
     assert _gather(np.array([0, 1]), blocks(three, three))[0].tolist() == [10, 20]

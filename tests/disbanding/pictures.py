@@ -13,7 +13,7 @@ from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.picture.scene import Scene
-from cps_envs.disbanding.picture.viewer import Viewer
+from cps_envs.disbanding.picture.viewer import DisbandingViewer
 from tests.pictured import Pictured
 
 EVERY = np.ones(1, np.bool_)
@@ -32,7 +32,7 @@ def played(config: DisbandingConfig, attacks: Mapping[int, int], seconds: int) -
 
 
 def frame(scene: Scene, config: DisbandingConfig = CONFIG) -> Array:
-    return Viewer(config).frame(scene)
+    return DisbandingViewer(config).frame(scene)
 
 
 START = played(CONFIG, {}, 0)
@@ -55,7 +55,7 @@ def changed(**changes: Any) -> tuple[DisbandingConfig, list[Scene]]:
 
 
 PICTURED = Pictured(
-    viewer=Viewer,
+    viewer=DisbandingViewer,
     config=CONFIG,
     scenes=(START, played(CONFIG, {1: 10}, 10)),
     shown=START,

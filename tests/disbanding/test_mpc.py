@@ -11,8 +11,8 @@ from scipy.optimize import LinearConstraint, minimize
 from cps_baselines.disbanding.mpc import (
     BEST_TUNED,
     PAPER_MATCHING,
-    Motion,
     MpcSettings,
+    OwnMotion,
     Preceding,
     assemble,
     design_mpc,
@@ -150,7 +150,7 @@ def test_command_is_the_first_of_the_optimum(settings: MpcSettings) -> None:
         gap, speed, acceleration = rng.uniform(4.0, 12.0), rng.uniform(5.0, 30.0), rng.uniform(-2.0, 1.0)
         ahead = Preceding(speed + rng.uniform(-0.5, 0.5), rng.uniform(-2.0, 1.0), rng.uniform(-3.0, 1.0))
         multipliers = np.zeros(len(limits))
-        own = Motion(gap, 5.0, speed, acceleration)
+        own = OwnMotion(gap, 5.0, speed, acceleration)
         ours = predictive_command(own, ahead, CONSTANTS, mpc, multipliers, room)
         error = np.array([gap - 5.0, ahead[0] - speed, ahead[1] - acceleration])
         assemble(mpc.model, error, 5.0, ahead, CONSTANTS, linear, limits)
@@ -161,7 +161,7 @@ def test_command_is_the_first_of_the_optimum(settings: MpcSettings) -> None:
 
 def test_a_standing_predecessor_does_not_drive_backward() -> None:
     mpc, zeros = design_mpc(PAPER_MATCHING, 0.3), np.zeros(21)
-    own, room = Motion(3.0, 5.0, 2.0, -1.0), mpc_scratch(stack_mpc(PAPER_MATCHING, np.array([0.3])))
+    own, room = OwnMotion(3.0, 5.0, 2.0, -1.0), mpc_scratch(stack_mpc(PAPER_MATCHING, np.array([0.3])))
     braking, idle = (
         predictive_command(own, Preceding(0.0, 0.0, command), CONSTANTS, mpc, zeros.copy(), room)
         for command in (-5.0, 0.0)

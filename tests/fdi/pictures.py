@@ -12,7 +12,7 @@ from cps_envs.core.types import Array
 from cps_envs.fdi.config import CLIP, PRESETS, FdiConfig
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.scene import Scene
-from cps_envs.fdi.picture.viewer import Viewer
+from cps_envs.fdi.picture.viewer import FdiViewer
 from tests.pictured import Pictured, bumped
 
 EVERY = np.ones(1, np.bool_)
@@ -50,7 +50,7 @@ def played(config: FdiConfig, levels: Sequence[int], replaced: Sequence[int] = (
 
 
 def frame(scene: Scene, config: FdiConfig = CONFIG) -> Array:
-    return Viewer(config).frame(scene)
+    return FdiViewer(config).frame(scene)
 
 
 START, UNDER_WAY, COLLISION = (played(CONFIG, CRASH[:steps]) for steps in (0, 12, 20))
@@ -76,7 +76,7 @@ def odd(config: FdiConfig) -> tuple[FdiConfig, list[Scene]]:
 
 
 PICTURED = Pictured(
-    viewer=Viewer,
+    viewer=FdiViewer,
     config=CONFIG,
     scenes=(START, UNDER_WAY, COLLISION),
     changes=[

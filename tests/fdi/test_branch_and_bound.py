@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_baselines.fdi.branch_and_bound import AT_REST, PRINTED, Search, error_of, find_injections, make_search
+from cps_baselines.fdi.branch_and_bound import AT_REST, PRINTED, SearchTables, error_of, find_injections, make_search
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.types import FloatArray
@@ -221,7 +221,7 @@ def test_environments_do_not_disturb_one_another() -> None:
 
 
 def test_the_lead_has_a_reference_ahead_that_commands_nothing() -> None:
-    search: Search = make_search(FIG_3_2, 10, "x")
+    search: SearchTables = make_search(FIG_3_2, 10, "x")
     assert not search.ahead.any()
     assert search.levels.shape == (1, 201)
     assert make_search(FIG_3_2, 10, "xv").moves.shape == (201 * 161, 2)

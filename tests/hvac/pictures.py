@@ -14,7 +14,7 @@ from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.picture.scene import Scene
-from cps_envs.hvac.picture.viewer import Viewer
+from cps_envs.hvac.picture.viewer import HvacViewer
 from tests.hvac.games import go, started
 from tests.pictured import Pictured, bumped
 
@@ -41,7 +41,7 @@ def played(steps: int, choice: int = 0, **overrides: Any) -> Scene:
 
 
 def frame(scene: Scene, config: HvacConfig = CONFIG) -> Array:
-    return Viewer(config).frame(scene)
+    return HvacViewer(config).frame(scene)
 
 
 def ring(zones: int, **overrides: Any) -> HvacConfig:
@@ -92,7 +92,7 @@ def other_day(**changes: Any) -> tuple[HvacConfig, list[Scene]]:
 
 
 PICTURED = Pictured(
-    viewer=Viewer,
+    viewer=HvacViewer,
     config=CONFIG,
     scenes=(START, UNDER_WAY),
     another=replace(UNDER_WAY, episode=99),

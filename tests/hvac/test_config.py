@@ -15,7 +15,7 @@ from cps_envs.hvac.houses import house
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.palette import FALSE, temperature_color
 from cps_envs.hvac.picture.scene import Scene
-from cps_envs.hvac.picture.viewer import HOUSE, Viewer
+from cps_envs.hvac.picture.viewer import HOUSE, HvacViewer
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import membership, sensor_sets
 from cps_envs.hvac.state import Metrics
@@ -175,7 +175,7 @@ def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
         mean_residual=generator.uniform(0.1, 1.0, 64),
         metrics=dict.fromkeys(Metrics._fields, 1.0),
     )
-    pixels = Viewer(config).frame(scene)
+    pixels = HvacViewer(config).frame(scene)
     assert pixels.shape == (540, 960, 3)
     rooms = pixels[150:490, 20:510].reshape(-1, 3)
     colours = {tuple(color) for color in rooms.tolist()}

@@ -13,7 +13,7 @@ from cps_envs.rogue.config import PRESETS, RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.picture.scene import Scene
-from cps_envs.rogue.picture.viewer import Viewer
+from cps_envs.rogue.picture.viewer import RogueViewer
 from tests.pictured import Pictured, bumped
 
 EVERY = np.ones(1, np.bool_)
@@ -47,7 +47,7 @@ def played(config: RogueConfig, seconds: float, law: int = DETECTING, modified: 
 
 
 def frame(scene: Scene, config: RogueConfig = CONFIG) -> Array:
-    return Viewer(config).frame(scene)
+    return RogueViewer(config).frame(scene)
 
 
 START, UNDER_WAY, SCATTERED = (played(CONFIG, seconds) for seconds in (0, 4, 60))
@@ -70,7 +70,7 @@ def changed(**changes: Any) -> tuple[RogueConfig, list[Scene]]:
 
 
 PICTURED = Pictured(
-    viewer=Viewer,
+    viewer=RogueViewer,
     config=CONFIG,
     scenes=(START, UNDER_WAY, SCATTERED),
     another=played(CONFIG, 70, seed=1),

@@ -182,7 +182,7 @@ def test_steps_of_2_ms_are_short_enough_for_the_wider_boundary_layer(defense: in
 
 def test_the_viewer_shows_whom_the_alarms_blame_beside_who_attacks() -> None:
     pytest.importorskip("pygame")
-    from cps_envs.rogue.picture.viewer import Viewer, belief
+    from cps_envs.rogue.picture.viewer import RogueViewer, belief
 
     game = started((0,), "learning", **FIXED, onset_s=2.0, alarm_threshold=20.0)
     go(game, 1.0, [5, 0] * 5, 10)
@@ -195,7 +195,7 @@ def test_the_viewer_shows_whom_the_alarms_blame_beside_who_attacks() -> None:
     assert len(late.blamed) > 0
     assert early.law[2] != "attacker"
     assert late.law[2] == "attacker"
-    pictures = [Viewer(game.config).frame(scene) for scene in (early, late)]
+    pictures = [RogueViewer(game.config).frame(scene) for scene in (early, late)]
     assert not np.array_equal(*pictures)
     quiet = started((0,), "learning", attack_share=0.0).scene(0)
     assert belief(quiet) == "Alarms blame nobody; nobody attacks"

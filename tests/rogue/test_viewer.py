@@ -12,7 +12,7 @@ from cps_envs.rogue.picture.course import KEPT
 from cps_envs.rogue.picture.palette import LAW_COLORS
 from cps_envs.rogue.picture.profile import wanted_growth
 from cps_envs.rogue.picture.road import lay_out, named, window_m
-from cps_envs.rogue.picture.viewer import MOST_POINTS, Viewer, damaged_since, panels
+from cps_envs.rogue.picture.viewer import MOST_POINTS, RogueViewer, damaged_since, panels
 from tests.agents.command_line import invoke
 from tests.pictured import bumped
 from tests.rogue.pictures import CONFIG, EVERY, PUSHED, SCATTERED, SOLID, START, UNDER_WAY, drive, frame, opened
@@ -67,7 +67,7 @@ def test_markings_stay_on_the_road() -> None:
 
 def test_contact_is_marked_while_it_lasts_and_shortly_after() -> None:
     game = opened(SOLID)
-    scene, viewer, history = game.scene(0), Viewer(SOLID), History(KEPT, MOST_POINTS)
+    scene, viewer, history = game.scene(0), RogueViewer(SOLID), History(KEPT, MOST_POINTS)
     while not scene.damage.any():
         history.add(scene, (scene.time_s,))
         scene = drive(game, 1.0)
@@ -135,7 +135,7 @@ def test_a_picture_of_a_late_moment_shows_what_led_to_it(tmp_path: Path) -> None
     )
     assert invoke(*arguments, "--render", str(target)).exit_code == 0
     config = replace(CONFIG, duration_s=3.0)
-    game, viewer = opened(config), Viewer(config)
+    game, viewer = opened(config), RogueViewer(config)
     game.reset(EVERY, [np.random.default_rng(0)])
     for _ in range(20):
         viewer.watch(game.scene(0))

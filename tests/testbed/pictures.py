@@ -8,7 +8,7 @@ import numpy as np
 
 from cps_envs.testbed.config import BASELINE, RobotConfig
 from cps_envs.testbed.picture.scene import Scene
-from cps_envs.testbed.picture.viewer import Viewer
+from cps_envs.testbed.picture.viewer import RobotViewer
 from cps_envs.testbed.problem import TESTBED
 from tests.pictured import Pictured
 
@@ -27,7 +27,7 @@ def played(seconds: int, disbanded: int = 0, config: RobotConfig = BASELINE) -> 
 START, AFTER = played(0), played(6, 3)
 FOUR = replace(BASELINE, num_platoons=4, vehicles_per_platoon=4, radius_m=3.0)
 PICTURED = Pictured(
-    viewer=Viewer,
+    viewer=RobotViewer,
     config=BASELINE,
     scenes=(START, played(3), AFTER),
     shown=AFTER,

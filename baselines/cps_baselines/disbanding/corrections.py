@@ -26,7 +26,7 @@ class Layout(NamedTuple):
     scale: FloatArray  # (2, size) see `Fields.scale`
 
 
-class Watch(NamedTuple):
+class ActionTrigger(NamedTuple):
     """When a vehicle corrects itself: by warnings or its own detection, and for how long."""
 
     heeds_warning: bool
@@ -77,7 +77,7 @@ class Corrections(AnalyticPolicy):
         self.layout = Layout(spec.fields.offsets, spec.fields.scale)
         self.slow_mps: FloatArray = np.where(thresholds > 0, config.desired_speed_mps - thresholds, np.inf)[:, 0]
         everywhere, size = config.correctable == "intact", config.vehicles_per_platoon
-        self.watch = pack(Watch(self.heeds_warning, everywhere, size, float(hold_s), spec.decision_interval_s))
+        self.watch = pack(ActionTrigger(self.heeds_warning, everywhere, size, float(hold_s), spec.decision_interval_s))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """How long the alarm of each vehicle lasts still, (B, M) s."""
@@ -108,7 +108,7 @@ def _watch(
     reasons: BoolArray,
 ) -> None:
     """`mark_reasons` for a batch; `slow_mps` has one number, or one per episode."""
-    w = unpack(Watch, watch, 0)
+    w = unpack(ActionTrigger, watch, 0)
     for b in range(alarms.shape[0]):
         slow = slow_mps[b % slow_mps.size]
         mark_reasons(borrowed(observation)[b], lend(layout), w, slow, borrowed(alarms)[b], borrowed(reasons)[b])
@@ -116,7 +116,7 @@ def _watch(
 
 @inlined
 def mark_reasons(
-    row: Observation, layout: Layout, w: Watch, slow_mps: float, alarms: FloatArray, reasons: BoolArray
+    row: Observation, layout: Layout, w: ActionTrigger, slow_mps: float, alarms: FloatArray, reasons: BoolArray
 ) -> None:
     """Fill in who has a reason to act (M,), and renew the alarms (M,) in s; below `slow_mps` a vehicle is noticed."""
     fill(reasons, False)
@@ -129,7 +129,7 @@ def mark_reasons(
 
 
 @inlined
-def renew_alarms(row: Observation, layout: Layout, w: Watch, slow_mps: float, alarms: FloatArray) -> None:
+def renew_alarms(row: Observation, layout: Layout, w: ActionTrigger, slow_mps: float, alarms: FloatArray) -> None:
     """Bring the alarms (M,) in s up to what is seen now."""
     at, scale, ahead = layout.offsets[0], layout.scale, False
     for q in range(alarms.size):
@@ -139,7 +139,7 @@ def renew_alarms(row: Observation, layout: Layout, w: Watch, slow_mps: float, al
 
 
 @inlined
-def mark_told(row: Observation, layout: Layout, w: Watch, reasons: BoolArray) -> None:
+def mark_told(row: Observation, layout: Layout, w: ActionTrigger, reasons: BoolArray) -> None:
     """Add to the reasons (M,) those of vehicles that are told of a disbanded platoon ahead."""
     at, scale, size = layout.offsets[0], layout.scale, w.vehicles_per_platoon
     if at.record_age_s > at.warned:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_baselines.disbanding.joint_plan import Knobs, Motions, Prediction, plan_episode
+from cps_baselines.disbanding.joint_plan import Forecast, Motions, PlanNumbers, plan_episode
 from cps_baselines.disbanding.joint_program import JointSettings, design_joint, joint_scratch
 from cps_envs.core.config import bounds
 from cps_envs.core.errors import ConfigurationError, near
@@ -73,11 +73,11 @@ class Joint(AnalyticPolicy):
         self.settings = settings or WEIGHTS[weights]
         self.limit_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
         self._constants = pack(nominal_constants(config))
-        self._knobs = pack(Knobs(*(getattr(self.settings, name) for name in Knobs._fields)))
+        self._knobs = pack(PlanNumbers(*(getattr(self.settings, name) for name in PlanNumbers._fields)))
         self._most_attacks = bounds(config.attack_budget)[1]
         self._shape = config.max_vehicles, self.settings.horizon
         self._scratch = joint_scratch(*self._shape)
-        self._prediction = Prediction(*np.zeros((2, config.max_vehicles, self.settings.horizon + 1)))
+        self._prediction = Forecast(*np.zeros((2, config.max_vehicles, self.settings.horizon + 1)))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """What is true of each episode, (B,), its plan (B, M, H) in m/s2, multipliers (B, 3, M, H), residual (B,)."""

@@ -27,14 +27,14 @@ class Motions(NamedTuple):
     disbanded: BoolArray
 
 
-class Prediction(NamedTuple):
+class Forecast(NamedTuple):
     """Positions (M, H + 1) in m and speeds in m/s from now on, every period, of the vehicles of one episode."""
 
     position: FloatArray
     speed: FloatArray
 
 
-class Knobs(NamedTuple):
+class PlanNumbers(NamedTuple):
     """The part of `JointSettings` that kernels need."""
 
     period_s: float
@@ -57,7 +57,7 @@ def plan_episode(
     braces: bool,
     constants: Array,
     knobs: Array,
-    prediction: Prediction,
+    prediction: Forecast,
     plan: FloatArray,
     multipliers: FloatArray,
     scratch: JointScratch,
@@ -68,7 +68,7 @@ def plan_episode(
     Returns the largest residual of its programs, see `solve_joint`. `braces`: leaders keep the reserve of
     `JointSettings.braces`.
     """
-    c, k = unpack(Constants, constants, 0), unpack(Knobs, knobs, 0)
+    c, k = unpack(Constants, constants, 0), unpack(PlanNumbers, knobs, 0)
     now, ahead, factors, room = lend(motions), lend(prediction), lend(design), lend(scratch)
     q, residual = 0, 0.0
     while q < num_vehicles and not now.disbanded[q]:
@@ -102,7 +102,7 @@ def correction_for(command: float, law: float, c: Constants) -> float:
 
 
 @inlined
-def coast(now: Motions, design: JointDesign, period_s: float, ahead: Prediction, q: int) -> None:
+def coast(now: Motions, design: JointDesign, period_s: float, ahead: Forecast, q: int) -> None:
     """Predict vehicle `q` without commands, its acceleration fading with the lag."""
     speed, acceleration, tau_s = now.speed[q], now.acceleration[q], design.tau_s[0]
     for m in range(ahead.speed.shape[1]):
@@ -113,7 +113,7 @@ def coast(now: Motions, design: JointDesign, period_s: float, ahead: Prediction,
 
 
 @inlined
-def predict_human(now: Motions, design: JointDesign, c: Constants, period_s: float, ahead: Prediction, q: int) -> None:
+def predict_human(now: Motions, design: JointDesign, c: Constants, period_s: float, ahead: Forecast, q: int) -> None:
     """Predict a human driver (2.5) behind the predicted vehicle ahead."""
     substeps = max(1, round(period_s / SUBSTEP_S))
     step_s = period_s / substeps
@@ -146,10 +146,10 @@ def plan_string(
     now: Motions,
     design: JointDesign,
     c: Constants,
-    k: Knobs,
+    k: PlanNumbers,
     desired_gap_m: float,
     braces: bool,
-    ahead: Prediction,
+    ahead: Forecast,
     first: int,
     count: int,
     commands: FloatArray,

@@ -44,7 +44,7 @@ PAPER_MATCHING = MpcSettings("paper-matching", 5, 0.1, 0.1, (1.0, 5.0, 0.0), (1.
 BEST_TUNED = MpcSettings("best-tuned", 20, 0.1, 1.0, (1.0, 1.0, 0.0), (1.0, 1.0, 0.0), release=False)
 
 
-class Prediction(NamedTuple):
+class HorizonModel(NamedTuple):
     """The model of one vehicle behind another over H periods, for one lag and one set of weights.
 
     Predicted errors, stacked over the horizon: error_response e + command_response u_p + (effect of U). A stack of B
@@ -65,11 +65,11 @@ class Mpc(NamedTuple):
     Rows: gap >= 0 from period 3, speed within its limits from period 2 (before, U has no effect), u within its limits.
     """
 
-    model: Prediction
+    model: HorizonModel
     qp: QuadraticProgram  # M2 and the rows
 
 
-class Motion(NamedTuple):
+class OwnMotion(NamedTuple):
     """What a vehicle measures of itself."""
 
     gap: float  # m
@@ -124,13 +124,13 @@ def design_mpc(settings: MpcSettings, tau_s: float) -> Mpc:
     linear_error, linear_command = weighted @ error_response, weighted @ command_response
     qp = quadratic_program(hessian, rows)
     responses = error_response, command_response, linear_error, linear_command
-    return Mpc(Prediction(np.array([period]), np.array([tau_s]), *responses), qp)
+    return Mpc(HorizonModel(np.array([period]), np.array([tau_s]), *responses), qp)
 
 
 def stack_mpc(settings: MpcSettings, taus_s: Vector) -> Mpc:
     """The designs for the lags (B,) of all episodes; ValueError as `design_mpc`."""
     designs = [design_mpc(settings, float(tau_s)) for tau_s in taus_s]
-    model = Prediction(*map(np.stack, zip(*(design.model for design in designs), strict=True)))
+    model = HorizonModel(*map(np.stack, zip(*(design.model for design in designs), strict=True)))
     flat = model._replace(period_s=model.period_s[:, 0], tau_s=model.tau_s[:, 0])
     return Mpc(flat, QuadraticProgram(*map(np.stack, zip(*(design.qp for design in designs), strict=True))))
 
@@ -151,7 +151,13 @@ def mpc_scratch(stack: Mpc) -> MpcScratch:
 
 @inlined
 def assemble(
-    model: Prediction, error: Vector, desired_gap: float, ahead: Preceding, c: Constants, linear: Vector, limits: Vector
+    model: HorizonModel,
+    error: Vector,
+    desired_gap: float,
+    ahead: Preceding,
+    c: Constants,
+    linear: Vector,
+    limits: Vector,
 ) -> None:
     """Fill the linear term f (H,) and the limits w (m,) of the program of one vehicle at one time.
 
@@ -178,7 +184,7 @@ def assemble(
 
 
 @inlined
-def free_error(model: Prediction, row: int, error: Vector, command: float) -> float:
+def free_error(model: HorizonModel, row: int, error: Vector, command: float) -> float:
     """Row `row` of the stacked errors predicted for U = 0."""
     value: float = model.command_response[row] * command
     for k in range(3):
@@ -187,7 +193,7 @@ def free_error(model: Prediction, row: int, error: Vector, command: float) -> fl
 
 
 @inlined
-def pose(own: Motion, ahead: Preceding, c: Constants, model: Prediction, room: MpcScratch) -> None:
+def pose(own: OwnMotion, ahead: Preceding, c: Constants, model: HorizonModel, room: MpcScratch) -> None:
     """Fill the linear term and the limits of one vehicle's program."""
     command = clip(ahead.command, c.min_acceleration_mps2, c.max_acceleration_mps2)
     if ahead.speed <= c.min_speed_mps and command < 0.0:
@@ -201,7 +207,7 @@ def pose(own: Motion, ahead: Preceding, c: Constants, model: Prediction, room: M
 
 @inlined
 def predictive_command(
-    own: Motion, ahead: Preceding, c: Constants, mpc: Mpc, multipliers: Vector, room: MpcScratch
+    own: OwnMotion, ahead: Preceding, c: Constants, mpc: Mpc, multipliers: Vector, room: MpcScratch
 ) -> float:
     """The command (m/s2) of one mitigable vehicle for the coming period, before collision avoidance.
 

@@ -11,9 +11,9 @@ from cps_baselines.disbanding.corrections import Corrections, Layout, Sight, loo
 from cps_baselines.disbanding.mpc import (
     BEST_TUNED,
     PAPER_MATCHING,
-    Motion,
     Mpc,
     MpcSettings,
+    OwnMotion,
     Preceding,
     design_mpc,
     design_of,
@@ -152,11 +152,11 @@ def acts(sight: Sight, release: bool, q: int) -> bool:
 
 
 @inlined
-def motions(sight: Sight, c: Constants, desired_gap_m: float, ahead: float, q: int) -> tuple[Motion, Preceding]:
+def motions(sight: Sight, c: Constants, desired_gap_m: float, ahead: float, q: int) -> tuple[OwnMotion, Preceding]:
     """Vehicle `q`, and its predecessor with the final command `ahead` (m/s2)."""
     leads = q % c.vehicles_per_platoon == 0
     desired_gap = c.headway_s * sight.speed[q] if leads else desired_gap_m
-    own = Motion(sight.gap[q], desired_gap, sight.speed[q], sight.acceleration[q])
+    own = OwnMotion(sight.gap[q], desired_gap, sight.speed[q], sight.acceleration[q])
     return own, Preceding(sight.speed[q - 1], sight.acceleration[q - 1], ahead)
 
 

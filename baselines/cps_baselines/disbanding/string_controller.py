@@ -21,10 +21,10 @@ import numpy as np
 
 from cps_baselines.disbanding.corrections import (
     HOLD_S,
+    ActionTrigger,
     Corrections,
     Layout,
     Sight,
-    Watch,
     decoded,
     look,
     mark_reasons,
@@ -235,7 +235,7 @@ def drive(
 
     The defender decides before it can know of an attack of the same moment, as in a match.
     """
-    r, w, vehicles = unpack(Rules, rules, 0), unpack(Watch, watch, 0), alarms.shape[1]
+    r, w, vehicles = unpack(Rules, rules, 0), unpack(ActionTrigger, watch, 0), alarms.shape[1]
     sight, reasons, room = sight_for(vehicles), np.zeros(vehicles, np.bool_), np.empty((4, vehicles))
     row, encoded = np.empty(layout.scale.shape[1]), np.empty(layout.scale.shape[1], np.float32)
     for b in range(envs.size):
@@ -268,7 +268,7 @@ def decide(
     sight: Sight,
     leader: Gains,
     other: Gains,
-    w: Watch,
+    w: ActionTrigger,
     c: Constants,
     limit_mps2: float,
     correction: FloatArray,

@@ -23,7 +23,7 @@ from cps_envs.fdi.estimation import state_of
 MOST = 2.0  # thresholds that a sum can reach, so that it falls below one again when a lie ends
 
 
-class Filters(NamedTuple):
+class FilterBank(NamedTuple):
     """K filters that trust sets of sensors, the largest sets first."""
 
     trusted: BoolArray  # (K, R)
@@ -68,7 +68,7 @@ class Bank(AnalyticPolicy):
         self.config: FdiConfig = spec.config
         law = platoon_filter(self.config)
         sets, gains, precisions = filters_of(self.config)
-        filters = Filters(
+        filters = FilterBank(
             trusted=sets,
             gains=gains,
             precisions=precisions,
@@ -102,7 +102,7 @@ class Bank(AnalyticPolicy):
 
 @lru_cache(maxsize=8)
 def filters_of(config: FdiConfig) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """What `Filters` hold of sets, gains and precisions; it takes a third of a second."""
+    """What a `FilterBank` holds of sets, gains and precisions; it takes a third of a second."""
     sets = honest_sets(config)
     gains, deviations = gains_of(platoon_filter(config), list(sets), config.horizon + 1)
     return sets, np.ascontiguousarray(gains.swapaxes(2, 3)), 1 / deviations
@@ -125,7 +125,7 @@ def honest_sets(config: FdiConfig) -> BoolArray:
 
 @kernel
 def _judge(
-    filters: Filters,
+    filters: FilterBank,
     horizon: int,
     observation: Observation,
     predictions: FloatArray,
@@ -164,7 +164,7 @@ def _judge(
 
 @inlined
 def renew(
-    f: Filters, step: int, k: int, told: FloatArray, own: FloatArray, sums: FloatArray, values: FloatArray
+    f: FilterBank, step: int, k: int, told: FloatArray, own: FloatArray, sums: FloatArray, values: FloatArray
 ) -> float:
     """Take readings (R,) into filter k, whose prediction (2n,) becomes its estimate.
 

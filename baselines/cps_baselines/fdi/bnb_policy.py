@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.fdi.branch_and_bound import CORRECTED, Search, fill_sequences, make_search
+from cps_baselines.fdi.branch_and_bound import CORRECTED, SearchTables, fill_sequences, make_search
 from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
 from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -41,7 +41,7 @@ class BranchAndBound(InjectionPolicy):
         n, places = self.config.num_vehicles, {sensor: slot for slot, sensor in enumerate(self.form.sensors.tolist())}
         slots = [(i, places.get(i - 1, -1), places.get(n + i - 1, -1)) for i in range(1, n + 1)]
         self._vehicles = [own for own in slots if max(own[1:]) >= 0]  # and their slots for range and range-rate
-        self._searches: dict[tuple[int, str], Search] = {}
+        self._searches: dict[tuple[int, str], SearchTables] = {}
         self._search(1, "x")  # refuses impossible options
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
@@ -62,7 +62,7 @@ class BranchAndBound(InjectionPolicy):
         actions = self.say(view, sequences[np.arange(len(used)), used], seen.masks)
         return actions, (sequences, used + 1)
 
-    def _search(self, vehicle: int, kind: str) -> Search:
+    def _search(self, vehicle: int, kind: str) -> SearchTables:
         if (
             vehicle,
             kind,

@@ -17,7 +17,7 @@ CORRECTED, PRINTED = -1.0, 1.0  # signs of e_x in (3.39) to (3.41)
 AT_REST = 1e-5  # m and m/s; what a float32 observation of a platoon at rest may be off
 
 
-class Search(NamedTuple):
+class SearchTables(NamedTuple):
     """What the search needs to know, ready for its kernel. q sensors (range first) with up to c candidates each."""
 
     own: FloatArray  # (2n,) row of A_2: u_i = own @ e
@@ -55,7 +55,7 @@ def make_search(
     *,
     width: int = 0,
     gap_sign: float = CORRECTED,
-) -> Search:
+) -> SearchTables:
     """Algorithm 2 against sensors of vehicle i, kind "x" (range), "v" (range-rate) or "xv" (both).
 
     `steps_ahead` is N_h: a sequence of N_h + 1 injections is found, to be applied as a whole. `width` keeps only so
@@ -81,7 +81,7 @@ def make_search(
     lowest = np.array([-config.desired_gap_m if config.limit_readings else -np.inf, -np.inf])[wanted]
     levels, values = _candidates(bounds, resolution)
     moves, costs = _joint(values)
-    return Search(
+    return SearchTables(
         own=model.feedback[vehicle - 1],
         ahead=model.feedback[vehicle] if vehicle < n else np.zeros(2 * n),
         transition=model.transition,
@@ -100,7 +100,7 @@ def make_search(
     )
 
 
-def find_injections(search: Search, errors: FloatArray) -> Injections:
+def find_injections(search: SearchTables, errors: FloatArray) -> Injections:
     """The cheapest sequence for each of B true states e (B, 2n)."""
     envs = len(errors)
     path = np.empty((envs, search.steps, errors.shape[1]))
@@ -114,7 +114,9 @@ def find_injections(search: Search, errors: FloatArray) -> Injections:
 
 
 @kernel
-def fill_sequences(search: Search, errors: FloatArray, envs: BoolArray, slots: IntArray, sequences: IntArray) -> int:
+def fill_sequences(
+    search: SearchTables, errors: FloatArray, envs: BoolArray, slots: IntArray, sequences: IntArray
+) -> int:
     """Write the cheapest sequences of the marked episodes (B,) into `sequences` (B, N_h + 1, S), at the slots (q,).
 
     They are zeros where there is none; returns how many these are. `errors` (B, 2n) are true states.
@@ -163,7 +165,7 @@ def _joint(values: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 @kernel
-def _search_all(search: Search, path: FloatArray, chosen: IntArray, costs: FloatArray, nodes: IntArray) -> None:
+def _search_all(search: SearchTables, path: FloatArray, chosen: IntArray, costs: FloatArray, nodes: IntArray) -> None:
     """Depth first, cheapest first. `path` (B, N_h + 1, 2n) begins with e; `chosen` (B, N_h + 1) are rows of `moves`."""
     places = np.empty((search.steps, 2), np.int64)  # joint candidate taken at each step, and the one to try next
     spent = np.empty(search.steps)
@@ -191,7 +193,7 @@ def _search_all(search: Search, path: FloatArray, chosen: IntArray, costs: Float
 
 
 @kernel
-def _accept(search: Search, error: FloatArray, allowed: BoolArray) -> bool:
+def _accept(search: SearchTables, error: FloatArray, allowed: BoolArray) -> bool:
     """Mark the candidates (q, c) of each sensor that satisfy (3.39), or (3.40) and (3.41), and the sensor's bounds.
 
     Returns whether every sensor has one.
@@ -216,7 +218,7 @@ def _accept(search: Search, error: FloatArray, allowed: BoolArray) -> bool:
 
 
 @kernel
-def _next_allowed(search: Search, allowed: BoolArray, first: int, spent: float, best: float) -> int:
+def _next_allowed(search: SearchTables, allowed: BoolArray, first: int, spent: float, best: float) -> int:
     """The first joint candidate from `first` on that is allowed and keeps the cost below `best`; -1: there is none."""
     for move in range(first, len(search.costs)):
         if not spent + search.costs[move] < best:
@@ -230,7 +232,7 @@ def _next_allowed(search: Search, allowed: BoolArray, first: int, spent: float, 
 
 
 @kernel
-def _propagate(search: Search, error: FloatArray, move: int, after: FloatArray) -> None:
+def _propagate(search: SearchTables, error: FloatArray, move: int, after: FloatArray) -> None:
     """The full model (3.16): A e + B d."""
     for row in range(error.size):
         total = 0.0

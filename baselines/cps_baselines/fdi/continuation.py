@@ -36,7 +36,7 @@ from cps_envs.fdi.task import Task
 SAME_MPS = 1e-6  # of two endings that are this alike the longer is taken
 
 
-class Plan(NamedTuple):
+class FastestCollision(NamedTuple):
     """The fastest collision of the target with continuous injections."""
 
     speed_mps: float  # impact speed, 0 or more; no whole levels are faster
@@ -76,7 +76,7 @@ def integer_continuation(
 
 def best_from(
     config: FdiConfig, task: Task, error: FloatArray, step: int, lengths: Sequence[int] | None = None
-) -> Plan | None:
+) -> FastestCollision | None:
     """The fastest collision of the target that continuous injections reach from e(step) = `error` (2n,).
 
     `lengths` are the numbers of injections to consider; all up to the horizon if left out. From rest the longest alone
@@ -90,7 +90,7 @@ def best_from(
     found = solve(_shifted(_loaded(config, task.sensors, ending, fastest=True).program, error))
     if found.columns is None:
         return None
-    return Plan(speed_mps, found.columns.reshape(ending.steps, -1))
+    return FastestCollision(speed_mps, found.columns.reshape(ending.steps, -1))
 
 
 def fastest_from(

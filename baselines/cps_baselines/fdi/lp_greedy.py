@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.fdi.continuation import Plan, best_from, fastest_from
+from cps_baselines.fdi.continuation import FastestCollision, best_from, fastest_from
 from cps_baselines.fdi.injection import InjectionPolicy, View, task_of, view_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec, State
@@ -69,7 +69,7 @@ class LpGreedy(InjectionPolicy):
                 levels[b] = self._rounded(plan, task, view, b)
         return self.say(view, levels, seen.masks), state
 
-    def _plan(self, task: Task, error: FloatArray, step: int) -> Plan | None:
+    def _plan(self, task: Task, error: FloatArray, step: int) -> FastestCollision | None:
         """The plan, with reserve if there is one."""
         for config in self._configs.values():
             plan = best_from(config, task, error, step, self._lengths(error, step))
@@ -82,7 +82,7 @@ class LpGreedy(InjectionPolicy):
         longest = min(self.max_steps, self.config.horizon - step)
         return range(1, longest + 1) if error.any() else (longest,)
 
-    def _rounded(self, plan: Plan, task: Task, view: View, b: int) -> IntArray:
+    def _rounded(self, plan: FastestCollision, task: Task, view: View, b: int) -> IntArray:
         """The rounding (S,) of a plan's first injections that leaves the best prospect, the nearest of equal ones."""
         attacked = view.attacked[b]
         wish: FloatArray = np.zeros(len(attacked))

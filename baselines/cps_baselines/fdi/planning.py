@@ -39,7 +39,7 @@ class Habits(NamedTuple):
     sooner: float  # or sooner
 
 
-class Platoon(NamedTuple):
+class PlanningModel(NamedTuple):
     """The model of an episode's platoon in which plans are tried."""
 
     gain_p: float  # k_p, 1/s2
@@ -105,13 +105,13 @@ def improve_plans(
 
 
 @inlined
-def platoon_of(c: Constants, views: View, gains: FloatArray, b: int) -> Platoon:
+def platoon_of(c: Constants, views: View, gains: FloatArray, b: int) -> PlanningModel:
     """The platoon of an episode with one attacked sensor."""
     n, sensor = views.error.shape[1] // 2, 0
     while not views.attacked[b, sensor]:
         sensor += 1
     ranges = sensor < n
-    return Platoon(
+    return PlanningModel(
         gains[b, 0],
         gains[b, 1],
         c.dt_s,
@@ -165,7 +165,7 @@ def change(habits: Habits, plan: FloatArray, left: int, draw: IntArray) -> int:
 
 @inlined
 def play(
-    p: Platoon,
+    p: PlanningModel,
     plan: FloatArray,
     path: FloatArray,
     first: int,
@@ -193,7 +193,7 @@ def play(
 
 
 @inlined
-def level_of(p: Platoon, row: FloatArray, share: float, command: FloatArray) -> int:
+def level_of(p: PlanningModel, row: FloatArray, share: float, command: FloatArray) -> int:
     """The level of a share at the errors (2n + 1,); fills the commands (n,) without it, in m/s2."""
     n = command.size
     behind = 0.0
@@ -214,7 +214,7 @@ def level_of(p: Platoon, row: FloatArray, share: float, command: FloatArray) -> 
 
 
 @inlined
-def ahead_of(p: Platoon, row: FloatArray, i: int, effect: float, command: FloatArray) -> tuple[float, float]:
+def ahead_of(p: PlanningModel, row: FloatArray, i: int, effect: float, command: FloatArray) -> tuple[float, float]:
     """The levels between which a neighbour's next command stays within its limits; `effect` is that of a level."""
     n, total = command.size, 0.0
     for pair in (i - 1, i):
@@ -228,7 +228,7 @@ def ahead_of(p: Platoon, row: FloatArray, i: int, effect: float, command: FloatA
 
 
 @inlined
-def move(p: Platoon, row: FloatArray, level: int, command: FloatArray, after: FloatArray) -> None:
+def move(p: PlanningModel, row: FloatArray, level: int, command: FloatArray, after: FloatArray) -> None:
     """The next errors, and the excess, after injecting a level; `command` are those without it."""
     n = command.size
     command[p.vehicle] += (p.gain_p if p.is_range else p.gain_d) * p.resolution * level

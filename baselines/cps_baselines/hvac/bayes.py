@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cps_baselines.hvac.hypotheses import BIAS_KEPT, START, Beliefs, Hypotheses, hypotheses
+from cps_baselines.hvac.hypotheses import BIAS_KEPT, START, Beliefs, HypothesisTables, hypotheses
 from cps_baselines.hvac.replacing import elapsed_steps
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import copy, fill, inlined, kernel, lend
@@ -48,7 +48,8 @@ class Bayes(AnalyticPolicy):
         tables = {each: hypotheses(self.config, each) for each in beliefs}
         place = {each: row for row, each in enumerate(tables)}
         self._rows = np.array([place[each] for each in beliefs])
-        self._tables = Hypotheses(*(np.array(part) for part in zip(*tables.values(), strict=True)))  # each (P, ...)
+        stacked = (np.array(part) for part in zip(*tables.values(), strict=True))  # each (P, ...)
+        self._tables = HypothesisTables(*stacked)
         self._memory, self._unready = memory(self.config), len(sensor_sets(self.config)) + 1
         self.lies = self._tables.lies[0]  # (H, S) whom each hypothesis takes for a liar, 0 or 1
 
@@ -99,7 +100,7 @@ def _check(beliefs: Beliefs) -> None:
 @kernel
 def weigh(
     model: Model,
-    tables: Hypotheses,
+    tables: HypothesisTables,
     heat_kept: float,
     rows: IntArray,
     steps: IntArray,

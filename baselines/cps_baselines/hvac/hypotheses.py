@@ -110,7 +110,7 @@ START = Beliefs(
 )
 
 
-class Hypotheses(NamedTuple):
+class HypothesisTables(NamedTuple):
     """Tables of H hypotheses of n zones and S sensors: nobody lies, then each set of liars: slow, bold and still.
 
     The state of a hypothesis is x (n,) C, heat (n,) W, biases (S,) C and how fast they grow (S,) C per step.
@@ -138,7 +138,7 @@ def liar_sets(config: HvacConfig) -> BoolArray:
 
 
 @lru_cache(maxsize=64)
-def hypotheses(config: HvacConfig, beliefs: Beliefs) -> Hypotheses:
+def hypotheses(config: HvacConfig, beliefs: Beliefs) -> HypothesisTables:
     """The filters that follow from what a defender believes."""
     sets = liar_sets(config)
     kinds = (  # odds, what happens to the bias at each step in C, share of the noise
@@ -153,7 +153,7 @@ def hypotheses(config: HvacConfig, beliefs: Beliefs) -> Hypotheses:
     filters = [_filter(config, beliefs, who, walk_c, growth_c, kept, noise) for who, _, walk_c, noise in liars]
     gain, whiten, offset = (np.array(part) for part in zip(*filters, strict=True))
     prior = np.array([likely * beliefs.further_liar ** who.sum() for who, likely, _, _ in liars])
-    return Hypotheses(
+    return HypothesisTables(
         gain=gain,
         whiten=whiten,
         offset=offset,

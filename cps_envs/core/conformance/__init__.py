@@ -21,7 +21,7 @@ from cps_envs.core.conformance.observations import check_live_observations, chec
 from cps_envs.core.conformance.payoff import check_metrics, check_return, check_zero_sum
 from cps_envs.core.conformance.pictures import check_rendering
 from cps_envs.core.conformance.refinement import Refinement, check_refinement, refine
-from cps_envs.core.conformance.replay import Replay
+from cps_envs.core.conformance.replay import Scripted
 from cps_envs.core.conformance.subject import NotApplicableError, Subject, find_subject
 from cps_envs.core.conformance.suite import (
     CHECKS,
@@ -39,7 +39,7 @@ __all__ = [
     "NotApplicableError",
     "Outcome",
     "Refinement",
-    "Replay",
+    "Scripted",
     "Subject",
     "check_action_masks",
     "check_actions_untouched",

@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.conformance.actors import Crew, flat
 from cps_envs.core.conformance.recording import assert_same, difference, episode_steps, record
-from cps_envs.core.conformance.replay import Replay
+from cps_envs.core.conformance.replay import Scripted
 from cps_envs.core.conformance.subject import NUM_ENVS, Subject
 from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.types import AGENTS, ROLES, Role, other
@@ -57,7 +57,7 @@ def check_parallel(subject: Subject) -> None:
     """
     rival = other(subject.role)
     actions, results, due = _play_both(subject, seed=22)
-    _compare(subject, 22, Replay([actions[t][AGENTS[rival]] for t in due[rival]]), (actions, results, due))
+    _compare(subject, 22, Scripted([actions[t][AGENTS[rival]] for t in due[rival]]), (actions, results, due))
     _compare(subject, 26, "none", _play_both(subject, seed=26, idle=rival))
 
 

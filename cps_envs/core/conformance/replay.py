@@ -10,7 +10,7 @@ from cps_envs.core.policy import Generators, Knowledge, State
 from cps_envs.core.types import Array, BoolArray
 
 
-class Replay:
+class Scripted:
     """Plays `actions` (T, ...) from the start of each episode, whatever it observes; the last one holds."""
 
     def __init__(self, actions: Sequence[Array]) -> None:

@@ -19,7 +19,7 @@ CAPTION = f"The same road in rows, with metres from its end; vehicles are drawn 
 BELIEFS = "Strip above, lower half: yellow has a warning, grey has none; magenta is a blocked link. Below: to scale"
 
 
-class Viewer(CanvasViewer):
+class DisbandingViewer(CanvasViewer):
     """The same scene always becomes the same pixels."""
 
     def draw(self, scene: Scene) -> None:

@@ -42,7 +42,7 @@ CARDS = (
 )
 
 
-class Viewer(CanvasViewer):
+class FdiViewer(CanvasViewer):
     """Its curves hold the moments of the same episode that it has seen before."""
 
     def __init__(self, config: FdiConfig, canvas: Canvas | None = None) -> None:

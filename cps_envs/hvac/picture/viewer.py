@@ -30,7 +30,7 @@ HOUSE = (MARGIN, 118, 500, HEIGHT - 118 - MARGIN / 2)
 LEFT, TOPS, HEIGHTS = 536, (132, 256, 346, 422), (104, 70, 42, 54)  # of the panels, pixels
 
 
-class Viewer(CanvasViewer):
+class HvacViewer(CanvasViewer):
     """Its curves hold the moments of the same episode that it has seen before."""
 
     def __init__(self, config: HvacConfig, canvas: Canvas | None = None) -> None:

@@ -26,7 +26,7 @@ MOST_NAMED = 4  # vehicles out of sight that are named
 
 
 @dataclass(frozen=True)
-class Road:
+class RoadWindow:
     """Where things are in pixels; the attacker stays where it is, the road moves."""
 
     scene: Scene
@@ -54,7 +54,7 @@ def window_m(scene: Scene) -> tuple[float, float]:
     return (steady + 2 * BEYOND) * scene.separation_m, (scene.attacker + BEYOND) * scene.separation_m
 
 
-def lay_out(scene: Scene, box: Box) -> Road:
+def lay_out(scene: Scene, box: Box) -> RoadWindow:
     """The scale is that at which the platoon in steady state fits, with some road before and behind it."""
     left, top, width, height = box
     length_m, behind_m = window_m(scene)
@@ -63,7 +63,7 @@ def lay_out(scene: Scene, box: Box) -> Road:
     length = max(round(scene.vehicle_length_m * scale), SHORTEST)
     car = (length, min(max(round(SHAPE * length), NARROWEST), round(0.45 * lane[3])))
     centre = left + (scene.position - begin_m) * scale
-    return Road(scene, lane, scale, begin_m, centre, left + (scene.reference_m - begin_m) * scale, car)
+    return RoadWindow(scene, lane, scale, begin_m, centre, left + (scene.reference_m - begin_m) * scale, car)
 
 
 def draw_road(canvas: Canvas, scene: Scene, struck: BoolArray, box: Box) -> None:
@@ -83,7 +83,7 @@ def draw_road(canvas: Canvas, scene: Scene, struck: BoolArray, box: Box) -> None
     draw_labels(canvas, road)
 
 
-def draw_lane(canvas: Canvas, road: Road) -> None:
+def draw_lane(canvas: Canvas, road: RoadWindow) -> None:
     """Asphalt whose markings stay on the road, and so run backwards under the vehicles."""
     left, top, width, height = road.lane
     canvas.box(road.lane, ASPHALT, radius=2)
@@ -93,7 +93,7 @@ def draw_lane(canvas: Canvas, road: Road) -> None:
     canvas.dashes(line, MARKING, period=period, length=period / 3, phase=-road.begin_m * road.scale)
 
 
-def draw_links(canvas: Canvas, road: Road, vehicle: int) -> None:
+def draw_links(canvas: Canvas, road: RoadWindow, vehicle: int) -> None:
     """A line from a vehicle to each neighbour that its law looks to: forwards the upper one, backwards the lower."""
     scene, apart = road.scene, max(road.car[1] * 0.2, 2.0)
     for side in SIDES.get(scene.law[vehicle], ()):
@@ -106,7 +106,7 @@ def draw_links(canvas: Canvas, road: Road, vehicle: int) -> None:
             canvas.box((left, round(road.middle - side * apart) - 1, right - left, 2), LAW_COLORS[scene.law[vehicle]])
 
 
-def draw_vehicles(canvas: Canvas, road: Road) -> None:
+def draw_vehicles(canvas: Canvas, road: RoadWindow) -> None:
     """The vehicles in the colours of their laws, the attacker over the others, with brake lights and alarms."""
     scene, top = road.scene, road.middle - road.car[1] / 2
     rimmed = road.car[1] >= SMALLEST_RIMMED
@@ -119,7 +119,7 @@ def draw_vehicles(canvas: Canvas, road: Road) -> None:
             draw_alarm(canvas, road, float(road.centre[i]), int(scene.alarm[i]))
 
 
-def draw_lights(canvas: Canvas, road: Road, at: Point, acceleration_mps2: float) -> None:
+def draw_lights(canvas: Canvas, road: RoadWindow, at: Point, acceleration_mps2: float) -> None:
     """Brake lights."""
     width, height = max(round(0.07 * road.car[0]), 2), max(round(0.24 * road.car[1]), 2)
     if acceleration_mps2 < BRAKING_MPS2:
@@ -127,7 +127,7 @@ def draw_lights(canvas: Canvas, road: Road, at: Point, acceleration_mps2: float)
             canvas.box((round(at[0]), round(y), width, height), BRAKE_LIGHT)
 
 
-def draw_alarm(canvas: Canvas, road: Road, x: float, side: int) -> None:
+def draw_alarm(canvas: Canvas, road: RoadWindow, x: float, side: int) -> None:
     """A tip above a vehicle that has detected an attack, towards the side on which it has."""
     if side:
         y, size = road.middle - road.car[1] / 2 - 8, 5
@@ -136,7 +136,7 @@ def draw_alarm(canvas: Canvas, road: Road, x: float, side: int) -> None:
         canvas.polygon([(tip, y), (back, y - size), (back, y + size)], ALARM)
 
 
-def draw_out_of_sight(canvas: Canvas, road: Road) -> None:
+def draw_out_of_sight(canvas: Canvas, road: RoadWindow) -> None:
     """Who is beyond the ends of the road shown, and how far the nearest of them is from the attacker."""
     left, top, width, height = road.lane
     y = top + height - 11
@@ -163,7 +163,7 @@ def named(hidden: list[int], vehicles: int) -> str:
     return ", ".join(names) if len(names) <= MOST_NAMED else f"{len(names) - (hidden[-1] == vehicles)} vehicles"
 
 
-def draw_labels(canvas: Canvas, road: Road) -> None:
+def draw_labels(canvas: Canvas, road: RoadWindow) -> None:
     """The vehicles' numbers, the attacker's on a badge, and between them the gaps where there is room."""
     left, top, width, height = road.lane
     scene, y, free = road.scene, top + height + 9, -np.inf

@@ -38,7 +38,7 @@ CAPTION = "Gaps to scale; lines show whom a vehicle follows"
 LAWS = {"mode": DRIVEN, "command": ("commanded",), "either": (*DRIVEN, "commanded")}  # of each action of the defender
 
 
-class Viewer(CanvasViewer):
+class RogueViewer(CanvasViewer):
     """Its curves hold the moments of the same episode that it has seen before."""
 
     def __init__(self, config: RogueConfig, canvas: Canvas | None = None) -> None:

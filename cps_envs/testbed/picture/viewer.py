@@ -22,7 +22,7 @@ LEFT, TOP, HEIGHT, PITCH = 472, 120, 174, 212  # of the panels
 WIDEST_M = 1.0  # gap that the panel shows
 
 
-class Viewer(CanvasViewer):
+class RobotViewer(CanvasViewer):
     """The same scene always becomes the same pixels."""
 
     def draw(self, scene: Scene) -> None:

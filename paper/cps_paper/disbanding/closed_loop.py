@@ -7,7 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.disbanding.heuristic_policy import FORESIGHT, travelled_distance_command
-from cps_baselines.disbanding.mpc import Motion, Mpc, MpcScratch, Preceding, design_of, mpc_scratch, predictive_command
+from cps_baselines.disbanding.mpc import (
+    Mpc,
+    MpcScratch,
+    OwnMotion,
+    Preceding,
+    design_of,
+    mpc_scratch,
+    predictive_command,
+)
 from cps_envs.core.kernels import borrowed, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import has_begun
@@ -126,7 +134,7 @@ def sweep_with_mpc(
                 leads = q % c.vehicles_per_platoon == 0
                 desired_gap = c.headway_s * speed[q] if leads else c.desired_gap_m
                 preceding = Preceding(speed[ahead], acceleration[ahead], u[ahead])
-                own = Motion(gap[q], desired_gap, speed[q], acceleration[q])
+                own = OwnMotion(gap[q], desired_gap, speed[q], acceleration[q])
                 held[q] = predictive_command(own, preceding, c, mpc, memory.multipliers[q], room)
             if not np.isnan(held[q]):
                 u[q] = held[q]
