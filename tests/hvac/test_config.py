@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.picture.palette import FALSE
 from cps_envs.hvac.config import EASY, PAPER, HvacConfig
 from cps_envs.hvac.houses import house
 from cps_envs.hvac.picture.house import House
-from cps_envs.hvac.picture.palette import FALSE, temperature_color
+from cps_envs.hvac.picture.palette import temperature_color
 from cps_envs.hvac.picture.scene import Scene
 from cps_envs.hvac.picture.viewer import HOUSE, HvacViewer
 from cps_envs.hvac.problem import HVAC
