@@ -125,6 +125,11 @@ def test_command(tmp_path: Path) -> None:
     code, _, told = train(*base, "--knob", "discount=0.5")
     assert code == 2
     assert "another recipe" in told
+    easy = ("RogueAttack-v0", "--preset", "easy", "--name", "other", "--steps", "80", "--seeds", "1", "--jobs", "1")
+    code, printed, _ = train(*easy, "--out", str(tmp_path), *small, *few, "--json")
+    assert code == 0
+    settings = json.loads((Path(json.loads(printed)["runs"][0]["folder"]) / "run.json").read_text())["recipe"]
+    assert (settings["preset"], settings["opponent"]) == ("easy", "")  # whom the preset's attackers meet
     code, _, told = train("NoSuchEnv-v0")
     assert code == 2
     assert "no recipe and no environment" in told

@@ -96,7 +96,7 @@ def train(
     )
     found = []
     for recipe in chosen:
-        against = _opponent(recipe, {"attacker": attacker, "defender": defender})
+        against = _opponent(recipe, preset, {"attacker": attacker, "defender": defender})
         recipe = _installed(changed(recipe, {**values, **against}))
         runs = _jobs(recipe, wanted, folder, resume=resume, tracker=tracker)
         found.append(_train(runs, jobs or available_cores(), ship))
@@ -106,12 +106,14 @@ def train(
         print_json(found[0] if len(found) == 1 else found)
 
 
-def _opponent(recipe: Recipe, named: Mapping[Role, str | None]) -> dict[str, str]:
-    """The opponent to train against, where one was named."""
+def _opponent(recipe: Recipe, preset: str | None, named: Mapping[Role, str | None]) -> dict[str, str]:
+    """The opponent to train against: the one that was named, or that of another preset than the recipe's."""
     if named[recipe.role] is not None:
         raise CommandError(f"{recipe.name} trains the {recipe.role}: name its opponent with --{other(recipe.role)}")
     rival = named[other(recipe.role)]
-    return {} if rival is None else {"opponent": rival}
+    if rival is None:
+        return {} if preset in (None, recipe.preset) else {"opponent": ""}
+    return {"opponent": rival}
 
 
 def _installed(recipe: Recipe) -> Recipe:
