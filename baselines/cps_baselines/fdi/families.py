@@ -95,7 +95,7 @@ def hypotheses(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Pol
 
 
 @advises("cps_baselines.fdi.advised:Margins")
-def task_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
+def task_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> TaskTracker:
     """Plays `tracker` with numbers for each kind of task, after a probe that shows whether anybody defends.
 
     `numbers` are `probe` and, for each kind, those of `Manner`, such as `one.margin`; left out, the searched ones of
@@ -104,7 +104,9 @@ def task_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> P
     Raises:
         ConfigurationError: an unknown number, or what `tracker` refuses.
     """
-    return built(spec, TASK_TRACKER, "task_tracker", numbers, untrained)
+    policy = built(spec, TASK_TRACKER, "task_tracker", numbers, untrained)
+    assert isinstance(policy, TaskTracker)
+    return policy
 
 
 def annealing(spec: RoleSpec, **numbers: float) -> Planner:

@@ -68,7 +68,7 @@ TRACKER_WARM = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=True
 
 
 @advises("cps_baselines.hvac.advised:Suspecting")
-def bayes(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
+def bayes(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Bayes:
     """Weighs every set of liars by Bayes' rule, and expects liars to drift together.
 
     `numbers` are those of `Beliefs`; left out, the searched ones of `searched.json`. The search gained nothing that
@@ -77,7 +77,9 @@ def bayes(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     Raises:
         ConfigurationError: an unknown number, beliefs out of their bounds, or no Kalman filters.
     """
-    return built(spec, BAYES_TOGETHER, "bayes", numbers, untrained)
+    policy = built(spec, BAYES_TOGETHER, "bayes", numbers, untrained)
+    assert isinstance(policy, Bayes)
+    return policy
 
 
 def warm_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
