@@ -14,6 +14,7 @@ from gymnasium import spaces
 
 from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import State
 from cps_envs.core.policy_state import put
 from cps_envs.core.seen import Seen
@@ -146,8 +147,8 @@ class Wired:
         row = self.adapter.observe(seen, tuple(own))
         first = (age == 0)[:, np.newaxis, np.newaxis]
         if self._recent.size:
-            gain = np.where(first[..., np.newaxis], 1.0, self._recent[:, np.newaxis])
-            averages = averages + (gain * (row[:, :, np.newaxis] - averages)).astype(np.float32)
+            averages = averages.copy()
+            _average(row, age == 0, self._recent, averages)
         if self._rough:
             change = np.where(first, 0.0, np.abs(row - before) - rough)
             rough = rough + (self._rough * change).astype(np.float32)
@@ -187,6 +188,17 @@ class Wired:
         *mine, kept, age = state[:OWN]
         action, own = self.adapter.act(seen, state[OWN:], kept)
         return action, (*mine, kept, age + 1, *own)
+
+
+@kernel
+def _average(row: Observation, first: BoolArray, gains: FloatArray, averages: Observation) -> None:
+    """Bring running averages (B, A, k, n) up to date with rows (B, A, n), which they begin with where `first` (B,)."""
+    for b in range(row.shape[0]):
+        for a in range(row.shape[1]):
+            for k in range(gains.size):
+                gain = 1.0 if first[b] else gains[k]
+                for i in range(row.shape[2]):
+                    averages[b, a, k, i] += np.float32(gain * (row[b, a, i] - averages[b, a, k, i]))
 
 
 def encode(actions: Array, choices: Sequence[int]) -> Observation:

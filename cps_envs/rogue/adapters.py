@@ -143,11 +143,14 @@ class Vehicle(VehicleFull):
 
     def _behind(self, seen: Seen) -> FloatArray:
         """How far each vehicle is behind its place, (B, A) in m: by the gaps ahead of it and the leader's error."""
-        gaps = np.cumsum(seen["gap_error"][:, ::-1], axis=1)[:, ::-1]
-        behind = seen["reference_error"][:, np.newaxis] + np.pad(gaps, ((0, 0), (0, 1)))
-        agents = np.arange(len(self.agents))
-        if "attacker_index" in seen:  # then the seized vehicle is no agent
-            agents = agents + (agents >= seen["attacker_index"][:, np.newaxis] - 1.5)
+        gap_error = seen["gap_error"]
+        behind = np.zeros((len(gap_error), gap_error.shape[1] + 1))
+        np.cumsum(gap_error[:, ::-1], axis=1, out=behind[:, -2::-1])
+        behind += seen["reference_error"][:, np.newaxis]
+        if "attacker_index" not in seen:
+            return behind
+        agents = np.arange(len(self.agents))  # the seized vehicle is none
+        agents = agents + (agents >= seen["attacker_index"][:, np.newaxis] - 1.5)
         found: FloatArray = np.take_along_axis(behind, np.broadcast_to(agents, (len(seen), len(self.agents))), axis=1)
         return found
 

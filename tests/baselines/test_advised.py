@@ -17,7 +17,7 @@ from tests import episodes
 
 SEEDS = range(4)
 EXACT: tuple[tuple[str, Role, str, object], ...] = (  # problem, role, controller, action that leaves it alone
-    ("rogue", "attacker", "contested", 0),
+    ("rogue", "attacker", "contested", 0.0),
     ("rogue", "defender", "monitor", 0),
     ("rogue", "defender", "guard", 0),
     ("fdi", "attacker", "task_tracker", 0.0),

@@ -14,53 +14,57 @@ from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.identify import known
 from cps_baselines.rogue.monitor import NOBODY, Monitor
 from cps_baselines.rogue.reading import levels_of
-from cps_baselines.rogue.switching import switch
+from cps_baselines.rogue.switching import SIGNALS, switch
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation
 from cps_envs.rogue.actions import LEVELS, choices_of
-from cps_envs.rogue.adapters import EFFORTS, Effort, Vehicle
+from cps_envs.rogue.adapters import Effort, Vehicle
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, LINEAR, SLIDING
 
 ADVICE = 0  # the action that leaves it to the controller
 ADVISOR = "monitor"  # against which `contested` was searched, where it advises
+TURN = 10.0  # what an action of 1 adds to its form, chosen
 SUM_MPS, STRENGTH_MPS2 = 10.0, 1.5  # bounds, chosen
 NEAR = 2  # places from the suspect up to which vehicles may depart from the monitor's advice, chosen
 # What they may do instead, chosen: three laws, and the hardest braking and driving that can be ordered.
 MORE, LAWS = (-1, 1), (FRONT, SLIDING)  # the same, near a suspect of `guard`: levels, and laws
+HOME = 1 + len(MORE) + len(LAWS)  # the action, and
 HOME_S, SPEED_S, HOME_MPS = 8.0, 0.7, 10.0  # times in which vehicles come home, and to the speed for it, chosen
 OPTIONS = np.array([LINEAR, SLIDING, FRONT, len(CONTROLLERS), len(CONTROLLERS) + len(LEVELS) - 1])
 
 
 class Contesting(Effort):
-    """The seized vehicle does what `contested` does (0), brakes in full (1), keeps its speed (2) or drives in full (3).
+    """The seized vehicle does what `contested` does, and turns to driving or braking sooner or later than that.
 
-    `contested` are weights that were searched against `monitor`.
+    `contested` drives in full where a form of what it sees is above zero, else it brakes in full; its weights were
+    searched against `monitor`. The action, Box (1,), times `TURN` is added to the form. Zero is `contested`.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
-        self._weights = known().weights[[known().against.index(ADVISOR)]]  # (1, 7)
-        self.action_space, self.neutral_action = spaces.Discrete(1 + len(EFFORTS)), np.array(ADVICE)
-        self.fields = Fields(*self.fields, Field("advice", "-", -1, 1, (), "effort of the controller, last"))
+        self._weights = known().weights[known().against.index(ADVISOR)]  # (7,)
+        self.action_space, self.neutral_action = spaces.Box(-1.0, 1.0, (1,), np.float32), np.zeros(1, np.float32)
+        self.fields = Fields(*self.fields, Field("turned", "-", -1, 1, (), "its last effort"))
 
     def begin(self, num_envs: int) -> State:
-        """The controller's last efforts (B,)."""
+        """The last efforts (B,)."""
         return (np.ones(num_envs),)
 
     def observe(self, seen: Seen, state: State) -> Observation:
-        """The seized vehicle's row and the advice (B, 1, m)."""
+        """The seized vehicle's row and its last effort (B, 1, m)."""
         rows = super().observe(seen, state)
-        advice = np.asarray(state[0], np.float32)[:, np.newaxis, np.newaxis]
-        return np.concatenate([rows, advice], axis=2)
+        turned = np.asarray(state[0], np.float32)[:, np.newaxis, np.newaxis]
+        return np.concatenate([rows, turned], axis=2)
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
-        """The efforts (B, 1)."""
-        advice = switch(seen, self.spec.config.separation_m, self._weights, state[0])
-        efforts = np.where(actions == ADVICE, advice[:, np.newaxis], EFFORTS[np.maximum(actions - 1, 0)])
-        return efforts.astype(np.float32), (advice,)
+        """The efforts (B, 1) from (B, 1, 1)."""
+        weights = np.tile(self._weights, (len(seen), 1))
+        weights[:, SIGNALS.index("one")] += TURN * actions[:, 0, 0]
+        efforts = switch(seen, self.spec.config.separation_m, weights, state[0])
+        return efforts.astype(np.float32)[:, np.newaxis], (efforts,)
 
 
 class Monitored(Vehicle):
@@ -123,10 +127,10 @@ class Monitored(Vehicle):
         told = (
             2 * np.minimum(np.stack([sums, alone.max(axis=2)], axis=2) / SUM_MPS, 1) - 1,
             np.broadcast_to(2 * np.minimum(strengths / STRENGTH_MPS2, 1) - 1, (count, len(seen))).T[..., np.newaxis],
-            2.0 * (place & (suspects != NOBODY)[:, np.newaxis, np.newaxis]) - 1,
-            2.0 * (advice[..., np.newaxis] == np.arange(self._choices)) - 1,
+            marks(place & (suspects != NOBODY)[:, np.newaxis, np.newaxis]),
+            marks(advice[..., np.newaxis] == np.arange(self._choices)),
         )
-        return np.concatenate([super().observe(seen, state), *told], axis=2).astype(np.float32)
+        return np.concatenate([super().observe(seen, state), *told], axis=2, dtype=np.float32)
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The orders (B, 2 A)."""
@@ -153,7 +157,7 @@ class Guarded(Monitored):
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
-        self.action_space = spaces.Discrete(1 + len(MORE) + len(LAWS) + 1)
+        self.action_space = spaces.Discrete(1 + HOME)
         self._levels_mps2 = levels_of(spec.config)
 
     def advisor(self) -> Guard:
@@ -162,13 +166,13 @@ class Guarded(Monitored):
 
     def departures(self, seen: Seen, suspects: IntArray, advice: IntArray, actions: IntArray) -> IntArray:
         """See `Monitored`."""
-        first = len(CONTROLLERS)
+        first, home, going = len(CONTROLLERS), advice.copy(), (actions == HOME).any(axis=1)
+        if going.any():
+            home[going] = first + self._homewards(Seen(seen.fields, seen.observation[going]), suspects[going])
         level = np.where(advice < first, len(LEVELS) // 2, advice - first)
         brake, drive = (first + np.clip(level + step, 0, len(LEVELS) - 1) for step in MORE)
         follow, slide = (np.full_like(advice, law) for law in LAWS)
-        orders: IntArray = np.choose(
-            actions, (advice, brake, drive, follow, slide, first + self._homewards(seen, suspects))
-        )
+        orders: IntArray = np.choose(actions, (advice, brake, drive, follow, slide, home))
         return orders
 
     def _homewards(self, seen: Seen, suspects: IntArray) -> IntArray:
@@ -181,3 +185,8 @@ class Guarded(Monitored):
         wanted_mps2 = (seen["reference_speed"][:, np.newaxis] + towards_mps - seen["speed"]) / SPEED_S
         nearest: IntArray = np.abs(wanted_mps2[..., np.newaxis] - self._levels_mps2).argmin(axis=2)
         return nearest
+
+
+def marks(which: BoolArray) -> Observation:
+    """1 where it holds and -1 elsewhere."""
+    return np.where(which, np.float32(1), np.float32(-1))

@@ -159,7 +159,7 @@ class Monitor(AnalyticPolicy):
         actions = np.zeros((len(seen), 2 * sums.shape[1]), np.int64)
         given = (seen.observation, seen.fields.offsets, seen.fields.scale, state[3], self._knobs)
         _watch(*given, self._rules, self._engine, self.divisions, sums, suspects, strengths, actions)
-        return actions, self.told(actions, (sums, suspects, strengths))
+        return actions, (sums, suspects, strengths, np.full(sums.shape, np.nan))
 
     def told(self, orders: IntArray, state: State) -> State:
         """What is remembered where vehicles get the orders (B, 2 n), those of `act` or others."""
