@@ -32,7 +32,8 @@ def test_a_shipped_network_is_better_than_no_thought(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "began"), [("hvac-defense", True), ("fdi-attack", False), ("disbanding-attack", False)]
+    ("name", "began"),
+    [("hvac-defense", True), ("rogue-defense", True), ("fdi-attack", False), ("disbanding-attack", False)],
 )
 def test_a_card_says_whether_learning_began_as_a_controller_plays(name: str, began: bool) -> None:
     assert ("learning began there" in to_markdown(read_card(find(name)))) == began

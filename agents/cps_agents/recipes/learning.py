@@ -29,7 +29,7 @@ STEPS: Mapping[tuple[str, Role], int] = {  # chosen: some two CPU minutes on the
     ("hvac", "attacker"): 5_000_000,
     ("hvac", "defender"): 500_000,
     ("rogue", "attacker"): 2_000_000,
-    ("rogue", "defender"): 2_200_000,
+    ("rogue", "defender"): 1_800_000,
 }
 USUAL_STEPS = 3_000_000  # of a problem of one's own
 # Defenders that a rogue attacker meets in training; others are left for judging.
@@ -44,6 +44,26 @@ def mixture(weights: Mapping[str, float]) -> str:
     names = ",".join(f'"{name.replace("&", "%26")}"' for name in weights)
     return f"mixture?policies=[{names}]&weights=[{','.join(map(str, weights.values()))}]"
 
+
+# Attackers that a rogue defender meets in training, of differing kinds; others are left for judging.
+ROGUE_ATTACKERS = mixture(
+    {
+        "none": 1,
+        "square": 2,
+        "square?frequency_hz=0.05": 1,
+        "duty_square": 1,
+        "random": 1,
+        "strike": 1,
+        "switching": 1,
+        "contested?against=sliding": 3,
+        "contested?against=monitor": 3,
+        "contested?against=pd": 1,
+        "contested?against=disband_7": 1,
+        "contested?against=assigned?laws=f": 1,
+        "identify": 2,
+        "always?action=-1": 1,
+    }
+)
 
 # What a role needs beside the settings that every library is told, and how long it learns.
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
@@ -82,6 +102,17 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "discount": 0.996,
         "evaluations": 3,
         "evaluation_episodes": 192,
+    },
+    ("rogue", "defender"): {  # begins as `guard`, and learns where vehicles near a suspect do better
+        "adapter": "guard",
+        "hold": 5,
+        "neutral_bonus": 3.0,
+        "opponent": ROGUE_ATTACKERS,
+        "discount": 0.98,
+        "learning_rate": 3e-3,
+        "final_learning_rate": 3e-4,
+        "evaluations": 4,
+        "evaluation_episodes": 512,
     },
     ("hvac", "attacker"): {  # opponents that are fooled by opposite signs teach less: the others are for judging
         "opponent": "largest",
