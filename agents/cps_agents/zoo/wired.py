@@ -67,11 +67,12 @@ class WiredPolicy(AnalyticPolicy):
         if wired.averages or due.any():
             own = wired.see(seen, own)
         if due.any():
-            rows = wired.inputs(seen, own)
-            draws = generators[due] if self._head.sampled and not seen.deterministic else None
-            chosen = self._decide(rows[due], draws)
+            drawn = self._head.sampled and not seen.deterministic
+            asked = due if drawn else due & wired.active(seen, own).any(axis=1)  # elsewhere nothing has an effect
             actions = own[3].copy()
-            actions[due] = chosen.reshape(-1, *actions.shape[1:])
+            if asked.any():
+                chosen = self._decide(wired.inputs(seen, own)[asked], generators[asked] if drawn else None)
+                actions[asked] = chosen.reshape(-1, *actions.shape[1:])
             own = wired.keep(seen, own, actions)
         action, own = wired.act(seen, own)
         return action, (generators, *own)
