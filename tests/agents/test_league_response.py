@@ -198,7 +198,7 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
 TINY = (
     *("--set", "duration_s=3", "--steps", "640", "--jobs", "1", "--episodes", "2", "--knob", "num_envs=4"),
     *("--knob", "steps_per_update=16", "--knob", "batch_size=32", "--knob", "evaluations=1"),
-    *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8,8]"),
+    *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8,8]", "--knob", "adapter=vehicle"),
 )
 
 
