@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import connection, parent_process
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any, TypeVar
 
 from cps_baselines.interruption import FIRST_SIGNAL_CODE, end, exit_code
@@ -104,7 +104,7 @@ def _end_with_parent() -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
 
-def _end(number: int, frame: Any) -> None:
+def _end(number: int, frame: FrameType | None) -> None:
     if not _working:
         os._exit(FIRST_SIGNAL_CODE + number)
     end(number, frame)

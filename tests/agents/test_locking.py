@@ -168,6 +168,30 @@ def test_signals_are_handled_as_before_afterwards() -> None:
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_a_kernel_is_compiled_ends_the_process_after_it(number: signal.Signals) -> None:
+    llvm = pytest.importorskip("llvmlite.binding")
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    module = llvm.parse_assembly(f'target triple = "{llvm.get_process_triple()}"')
+    engine = llvm.create_mcjit_compiler(module, llvm.Target.from_default_triple().create_target_machine())
+    kept = []
+
+    def keep(module: Any, compiled: bytes) -> None:  # called from C, where an exception would be lost
+        signal.raise_signal(number)
+        kept.append(compiled)
+
+    def compile_and_wait() -> None:
+        engine.finalize_object()
+        time.sleep(10)
+
+    engine.set_object_cache(keep, lambda module: None)
+    with pytest.raises(Ended) as ended, ending():
+        compile_and_wait()
+    assert exit_code(ended.value) == 128 + number
+    assert kept
+
+
 def test_a_signal_that_is_ignored_stays_ignored() -> None:
     before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
