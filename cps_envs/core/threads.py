@@ -15,6 +15,7 @@ from cps_envs.core.types import BoolArray
 
 WORTH_S = 300e-6  # work that takes longer in one thread is split: handing a block over costs about 20 us
 MOST_RESTS = 256  # calls in one thread between two attempts at more on a machine that is busy
+UNTIMED = 63  # calls after one that took less than a quarter of what is worth a thread: the clock would be felt
 
 
 class Threads:
@@ -22,8 +23,8 @@ class Threads:
 
     The kernel releases the GIL. It reads and writes only the environments that are marked for it, so the result does
     not depend on the number of threads, nor on when they are used: only where they save time. What a game step of an
-    environment takes is measured at each call. Where threads have lost, because others use the cores, one thread does
-    the next calls: 1, 2, 4, ... of them. A copy or a pickle starts its own threads.
+    environment takes is measured at each call, of short ones now and then. Where threads have lost, because others use
+    the cores, one thread does the next calls: 1, 2, 4, ... of them. A copy or a pickle starts its own threads.
     """
 
     def __init__(self, num_threads: int, num_envs: int) -> None:
@@ -32,6 +33,7 @@ class Threads:
         self.alone = len(edges) == 2  # one thread: whoever counts tenths of microseconds calls the kernel himself
         self.worth_s = WORTH_S  # 0: always split
         self._step_s, self._latest_s = 0.0, 0.0  # of a game step of an environment: the less of two calls; the last one
+        self._untimed = 0  # short calls to come that nobody measures
         self._rests, self._resting = 1, 0  # calls in one thread after the next loss; such calls still to come
         self._blocks = [(a <= places) & (places < b) for a, b in pairwise(edges)]
         self._pool: ThreadPoolExecutor | None = None
@@ -45,11 +47,17 @@ class Threads:
         if self.alone:
             call(envs)
             return
+        if self._untimed > 0:
+            self._untimed -= 1
+            call(envs)
+            return
         steps = num_steps * int(np.count_nonzero(envs))
         alone_s = self._step_s * steps
         if alone_s < self.worth_s or self._resting > 0:
             self._resting = max(self._resting - 1, 0)
             self._timed(call, envs, steps)
+            short = 0 < self._latest_s * num_steps * len(envs) < self.worth_s / 4
+            self._untimed = UNTIMED if short else 0
             return
         start = perf_counter()
         self._split(call, envs, num_steps)

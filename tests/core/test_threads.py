@@ -14,7 +14,7 @@ import pytest
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game import Game
-from cps_envs.core.threads import Threads
+from cps_envs.core.threads import UNTIMED, Threads
 from cps_envs.core.types import BoolArray
 from tests.core.toy import ToyConfig, ToyGame
 
@@ -52,6 +52,7 @@ def test_only_work_that_is_worth_it_is_split() -> None:
         return len(blocks)
 
     assert [take(0.01), take(0.0), take(0.0)] == [1, 1, 1]  # one slow call says nothing: it may have compiled
+    assert {take(0.01) for _ in range(UNTIMED - 1)} == {1}  # after a short one the clock rests
     assert [take(0.01), take(0.01), take(0.01)] == [1, 1, 2]
     threads.run(lambda envs: blocks.append(1) or time.sleep(0.01), everyone & [True, False, False, False])
     assert len(blocks) == 3  # two, and then one environment alone
