@@ -9,13 +9,11 @@ from gymnasium import spaces
 
 from cps_envs.core.config import bounds
 from cps_envs.core.kernels import clip, inlined, kernel, pack, unpack
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.controllers import CONTROLLERS
+from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
 
 PLAIN, MODIFIED = 0, 1  # following with the separation kept, or with (5.12) to (5.14)
-
-
 LEVELS = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # shares of the `command_limits` that "either" offers
 
 
@@ -52,6 +50,31 @@ def command_limits(config: RogueConfig) -> tuple[float, float]:
     engine, speed = engine_of(config), sum(bounds(config.reference_speed_mps)) / 2
     braking = engine.drag_per_s * speed - engine.drive_mps2 * engine.min_effort
     return braking, engine.drive_mps2 * engine.max_effort - engine.drag_per_s * speed
+
+
+@kernel
+def read_choices(action: IntArray, limits: tuple[float, float], orders: IntArray, accelerations: FloatArray) -> None:
+    """Write which controllers, whether modified (B, k, 2), and accelerations (B, k) are ordered by choices (B, 2 k)."""
+    for b in range(accelerations.shape[0]):
+        for k in range(accelerations.shape[1]):
+            choice = action[b, 2 * k]
+            level = LEVELS[max(choice - COMMANDED, 0)]
+            orders[b, k, 0], orders[b, k, 1] = min(choice, COMMANDED), action[b, 2 * k + 1]
+            accelerations[b, k] = acceleration_of(level, limits)
+
+
+@kernel
+def read_levels(action: FloatArray, limits: tuple[float, float], accelerations: FloatArray) -> None:
+    """Write the accelerations (B, k) in m/s2 of actions (B, k) in [-1, 1]."""
+    for b in range(accelerations.shape[0]):
+        for k in range(accelerations.shape[1]):
+            accelerations[b, k] = acceleration_of(action[b, k], limits)
+
+
+@inlined
+def acceleration_of(level: float, limits: tuple[float, float]) -> float:
+    """The acceleration (m/s2) of a level in [-1, 1], see `command_limits`."""
+    return level * (limits[0] if level < 0.0 else limits[1])
 
 
 def action_of_effort(effort: Array, speed_mps: Array, power_ratio: Array, config: RogueConfig) -> FloatArray:

@@ -14,7 +14,7 @@ from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.rogue.actions import LEVELS, PLAIN, choices_of, command_limits, order_space
+from cps_envs.rogue.actions import PLAIN, choices_of, command_limits, order_space, read_choices, read_levels
 from cps_envs.rogue.adapters import Effort, Vehicle, VehicleFull
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
@@ -74,7 +74,7 @@ class RogueGame(Game):
         self._held, self._episodes = hold(self.state), np.zeros(num_envs, np.int64)
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
         self._orders = np.full((num_envs, ordered, 2), (COMMANDED, 0))
-        self._accelerations = np.zeros((num_envs, ordered))
+        self._usual = self._moves(self._neutral["defender"])
         self._measured = Metrics._fields if config.hidden else Metrics._fields[:-HIDDEN_ONLY]
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -85,20 +85,21 @@ class RogueGame(Game):
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         attack = actions.get("attacker", self._neutral["attacker"])
-        orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
-        moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
+        ordered = self._moves(actions["defender"]) if "defender" in actions else self._usual
+        moves, payoff = (attack, *ordered), np.zeros(self.num_envs)
         given = (self._held, self.drawn, self.rules, moves)
         self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs, num_steps)
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
         """Controllers (B, k, 2) and accelerations (B, k) in m/s2 of the k vehicles that get orders."""
-        braking, driving = self._limits
-        if not self.modes:
-            return self._orders, np.where(action < 0.0, braking, driving) * action
-        orders = action.reshape(self._orders.shape)
-        levels = LEVELS[np.maximum(orders[..., 0] - COMMANDED, 0)]
-        return np.minimum(orders, COMMANDED), np.where(levels < 0.0, braking, driving) * levels
+        orders, accelerations = self._orders, np.empty(self._orders.shape[:2])
+        if self.modes:
+            orders = np.empty_like(orders)
+            read_choices(action, self._limits, orders, accelerations)
+        else:
+            read_levels(action, self._limits, accelerations)
+        return orders, accelerations
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""

@@ -18,7 +18,7 @@ from tools.bench import __main__ as command
 from tools.bench import opponents, sizes, threads
 from tools.bench.__main__ import bench
 from tools.bench.sizes import SIZES, Size, episode_kb
-from tools.bench.suite import judge, plan
+from tools.bench.suite import MACHINE, judge, plan
 from tools.command import program
 
 PROBLEM = find_problem("rogue")
@@ -129,6 +129,17 @@ def test_memory_grows_with_the_size() -> None:
 
 def row(part: str, name: str, note: str = "", **values: float) -> Row:
     return Row(part, name, values, note)
+
+
+def test_rates_and_microseconds_follow_the_speed_of_the_machine() -> None:
+    rows = [
+        row("sizes", "disbanding 100 vehicles", work_per_s=1.1e8, reached=0.5, step_us=200.0),
+        row("resets", "fdi paper", reset_us=9.0),
+    ]
+    half = Yardsticks(MACHINE.cartpole_us * 2, MACHINE.updates_per_s / 2, MACHINE.divisions_per_s)
+    assert [target.met for target in judge(rows)] == [False, True, False]
+    assert [target.met for target in judge(rows, [half])] == [True, True, True]
+    assert judge([], []) == []
 
 
 def test_a_kernel_whose_cost_does_not_fall_with_the_size_misses_its_target() -> None:

@@ -44,7 +44,7 @@ def bench(
     with Progress("bench", len(items)) as progress:
         progress.say(f"{len(items)} rows; kernels that are not compiled yet make them longer")
         found = measure(items, QUICK_S if quick else seconds, lambda done, _, note: progress.update(done, note))
-    machine, targets = describe(PROGRAM), judge(found.rows)
+    machine, targets = describe(PROGRAM), judge(found.rows, found.yardsticks)
     if as_json:
         print_json(_document(machine, found, targets))
     else:
@@ -152,13 +152,13 @@ def _targets(targets: Sequence[Any]) -> object:
     rows = [
         (
             target.what,
-            f"{'>=' if target.at_least else '<='} {target.bound:g}",
+            f"{'>=' if target.at_least else '<='} {target.bound:.3g}",
             f"{target.measured:.3g}",
             styled("met", "green") if target.met else styled("not met", "red"),
         )
         for target in targets
     ]
-    return Sheet("Targets", ("", "wanted", "measured", ""), rows)
+    return Sheet("Targets; microseconds and rates at the speed of this machine", ("", "wanted", "measured", ""), rows)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from cps_agents.bench import interfaces
-from cps_agents.bench.row import Measurement, Row, Values
+from cps_agents.bench.row import Measurement, Row, Values, Yardsticks
 from cps_envs.core.problem import Problem
 from tools.bench import opponents, resets, sizes, threads
 
@@ -21,7 +21,8 @@ CARTPOLES = {  # single decisions that may cost so many steps of a single CartPo
     "RogueAttack single": 2.5,
     "RogueDefense single": 2.5,
 }
-DECISIONS_PER_S = {"DisbandingAttack single": 1.2e4}  # on the machine of docs/speed.md
+MACHINE = Yardsticks(cartpole_us=6.3, updates_per_s=6.5e9, divisions_per_s=3.1e9)  # that of docs/speed.md
+DECISIONS_PER_S = {"DisbandingAttack single": 1.2e4}  # this and what follows: on that machine
 SINGLE_ADDS_US, VECTOR_ADDS_US = 10.0, 20.0  # what an interface may add to a decision of one environment
 OPPONENT_TIMES = 4.0  # the cost of `none` that a usual opponent may have at 64 environments, if it is no solver
 RESET_US = {"fdi paper": 5.0, "rogue paper": 8.0, "disbanding paper": 10.0, "hvac paper": 20.0}
@@ -45,23 +46,27 @@ class Target:
         return self.measured >= self.bound if self.at_least else self.measured <= self.bound
 
 
-def judge(rows: Sequence[Row]) -> list[Target]:
-    """The targets of everything that was measured."""
+def judge(rows: Sequence[Row], yardsticks: Sequence[Yardsticks] = ()) -> list[Target]:
+    """The targets of everything that was measured; rates and microseconds follow the speed of this machine."""
     found = {(row.part, row.name): row.values for row in rows if row.values}
-    return [*_sizes(found), *_single(found), *_added(rows), *_opponents(rows), *_others(found)]
+    known = yardsticks or [MACHINE]
+    slower = min(each.cartpole_us for each in known) / MACHINE.cartpole_us
+    faster = max(each.updates_per_s for each in known) / MACHINE.updates_per_s  # compiled loops
+    sizes_and_single = (*_sizes(found, faster), *_single(found, slower))
+    return [*sizes_and_single, *_added(rows, slower), *_opponents(rows), *_others(found, slower)]
 
 
 Found: TypeAlias = Mapping[tuple[str, str], Values]
 
 
-def _sizes(found: Found) -> Iterator[Target]:
+def _sizes(found: Found, faster: float) -> Iterator[Target]:
     for size in sizes.SIZES:
         name = f"{size.problem} {size.name}"
         values, than = found.get((sizes.PART, name)), found.get((sizes.PART, f"{size.problem} {size.cheaper[0]}"))
         if values is None:
             continue
         if size.per_s:
-            yield Target(f"{name}: substeps/s", values["work_per_s"], size.per_s, at_least=True)
+            yield Target(f"{name}: substeps/s", values["work_per_s"], size.per_s * faster, at_least=True)
         if size.reached:
             yield Target(f"{name}: of its limit", values["reached"], size.reached, at_least=True)
         if than is not None:
@@ -69,20 +74,20 @@ def _sizes(found: Found) -> Iterator[Target]:
             yield Target(f"{name}: cost over {size.cheaper[0]}", cost, size.cheaper[1])
 
 
-def _single(found: Found) -> Iterator[Target]:
+def _single(found: Found, slower: float) -> Iterator[Target]:
     for name, bound in DECISIONS_PER_S.items():
         if (values := found.get((interfaces.PART, name))) is not None:
-            yield Target(f"{name}: decisions/s", values["steps_per_s"], bound, at_least=True)
+            yield Target(f"{name}: decisions/s", values["steps_per_s"], bound / slower, at_least=True)
     for name, bound in CARTPOLES.items():
         if (values := found.get((interfaces.PART, name))) is not None:
             yield Target(f"{name}: CartPoles", values["cartpoles"], bound)
 
 
-def _added(rows: Sequence[Row]) -> Iterator[Target]:
+def _added(rows: Sequence[Row], slower: float) -> Iterator[Target]:
     for row in rows:
         if row.part == interfaces.ADDED:
-            yield Target(f"{row.name}: us that single adds", row.values["single_us"], SINGLE_ADDS_US)
-            yield Target(f"{row.name}: us that vector adds", row.values["vector_us"], VECTOR_ADDS_US)
+            yield Target(f"{row.name}: us that single adds", row.values["single_us"], SINGLE_ADDS_US * slower)
+            yield Target(f"{row.name}: us that vector adds", row.values["vector_us"], VECTOR_ADDS_US * slower)
 
 
 def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
@@ -100,15 +105,16 @@ def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
         yield Target(f"{role}, costliest: {policy}, x none", row.values[key], OPPONENT_TIMES)
 
 
-def _others(found: Found) -> Iterator[Target]:
+def _others(found: Found, slower: float) -> Iterator[Target]:
     for (part, name), values in found.items():
         if part == resets.PART and name in RESET_US:
-            yield Target(f"{name}: us of a seeded reset", values["reset_us"], RESET_US[name])
+            yield Target(f"{name}: us of a seeded reset", values["reset_us"], RESET_US[name] * slower)
         if part == threads.PART:
             least = GAINS.get(name, LEAST_GAIN)
             yield Target(f"{name}: gain of threads", values["speed_up"], least, at_least=True)
         if part == LEARNING and name in STEPS_PER_S:
-            yield Target(f"{name}: native steps/CPU s", values["steps_per_s"], STEPS_PER_S[name], at_least=True)
+            bound = STEPS_PER_S[name] / slower
+            yield Target(f"{name}: native steps/CPU s", values["steps_per_s"], bound, at_least=True)
 
 
 LEARNING = "learning"  # which needs PyTorch
