@@ -122,6 +122,8 @@ def test_training_seeds_divide_the_episodes_and_are_the_sample(folder: Path, tra
     )  # the second of five: it plays the second part in the first score
     np.testing.assert_array_equal(network.pays["1"][0], alone.pays[""][0][part : 2 * part])
     assert (network.estimate.seeds, network.estimate.episodes) == (5, 1)
+    found = network.opponents
+    assert network.estimate.mean == pytest.approx((2 * found["cusum"] + found["chi2"]) / 3)
     played = [values[0, : 5 * part].mean() for values in tracker.strata]
     assert network.minus(tracker).mean == pytest.approx(network.estimate.mean - np.mean(played))
     fewer = replace(network, pays={seed: network.pays[seed] for seed in ("0", "1")})

@@ -46,13 +46,17 @@ class Score:
     versions: Mapping[str, str] = field(default_factory=versions)
 
     @cached_property
+    def against(self) -> list[FloatArray]:
+        """For each opponent the scores of single episodes (training seeds, their episodes)."""
+        parts = (np.array(paid) for paid in zip(*self.pays.values(), strict=True))
+        return [self.frozen.values(self.split, place, paid) for place, paid in enumerate(parts)]
+
+    @cached_property
     def strata(self) -> list[FloatArray]:
         """For each opponent an array (training seeds, their episodes); the mean of their means is the score."""
-        track, found = self.frozen.track, []
-        for place, share in enumerate(track.shares):
-            paid = np.array([rows[place] for rows in self.pays.values()])
-            found.append(100.0 + len(track.panel) * share * (self.frozen.values(self.split, place, paid) - 100.0))
-        return found
+        track = self.frozen.track
+        shares = zip(self.against, track.shares, strict=True)
+        return [100.0 + len(track.panel) * share * (found - 100.0) for found, share in shares]
 
     @cached_property
     def estimate(self) -> Estimate:
@@ -70,11 +74,8 @@ class Score:
     @property
     def opponents(self) -> dict[str, float]:
         """The score against each opponent."""
-        values = (
-            np.mean([self.frozen.values(self.split, place, rows[place]).mean() for rows in self.pays.values()])
-            for place in range(len(self.frozen.track.panel))
-        )
-        return {rival.name: float(value) for rival, value in zip(self.frozen.track.panel, values, strict=True)}
+        panel = zip(self.frozen.track.panel, self.against, strict=True)
+        return {rival.name: float(found.mean()) for rival, found in panel}
 
     @property
     def line(self) -> str:
