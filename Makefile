@@ -59,7 +59,7 @@ demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
 	$(BIN)/cps-envs report --quick --episodes 20 --out build/extra/demo
 
 train: $(ALL) ## make every shipped policy anew (hours; goes on where it stopped); ARGS=--dry-run lists the work
-	$(BIN)/cps-envs zoo remake --out runs --to agents/cps_agents/zoo/policies $(ARGS)
+	$(BIN)/python -m tools.remake --out runs --to agents/cps_agents/zoo/policies $(ARGS)
 	$(BIN)/python -m tools.pages
 
 lint: style types ## check style, format and types

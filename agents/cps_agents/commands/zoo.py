@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from cps_agents.commands.options import Jobs
 from cps_agents.console import err, out, print_json
 from cps_agents.files import write_text
 from cps_agents.league.self_play_report import ship_mixtures
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, Card, read_card
-from cps_agents.zoo.files import find, load, read_pair, shipped_names
+from cps_agents.zoo.files import find, load, shipped_names
 from cps_agents.zoo.markdown import to_markdown
 from cps_agents.zoo.merging import cards_below, merge
-from cps_agents.zoo.remaking import compare, steps
-from cps_agents.zoo.remaking import remake as do
 
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -108,41 +104,6 @@ def mix(
         _print(card)
         _print_numbers(card, folder / f"{card.name}.json")
     err().print(f"Written: {', '.join(card.name for card in cards)} in {folder}", soft_wrap=True)
-
-
-@app.command()
-def remake(
-    names: Annotated[list[str] | None, typer.Argument(help="Shipped policies; default: all.")] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Print the commands and what they cost, and stop.")
-    ] = False,
-    folder: Annotated[Path, typer.Option("--to", help="Write the policies to this folder.")] = Path("zoo"),
-    runs: Annotated[Path, typer.Option("--out", help="Write runs to this folder, and continue those in it.")] = Path(
-        "runs"
-    ),
-    jobs: Jobs = None,
-    as_json: JSON = False,
-) -> None:
-    """Make the shipped policies anew, each by the command in its card.
-
-    Training comes first, then self-play, whose final mixed strategies are policies too. All of it takes hours. Press
-    Ctrl-C at any time: the same command continues. At the end of each, a line says whether the shipped policy came out.
-    """
-    planned = steps(names or ())
-    if as_json:
-        print_json([asdict(step) for step in planned])
-    elif dry_run:
-        total = sum(step.cpu_s for step in planned) / 60
-        rows = [(", ".join(step.policies), f"{step.cpu_s / 60:.1f}", step.command) for step in planned]
-        out().print(Sheet("What makes the zoo", ("policies", "CPU min, at least", "command"), rows))
-        out().print(f"{len(planned)} commands, at least {total:.0f} CPU minutes in all.")
-        out().print("The cards say what it took until the networks that were chosen; runs go on beyond them.")
-    for step in () if dry_run else planned:
-        err().print(f"$ {step.command}", markup=False, soft_wrap=True)
-        shipped = [read_pair(SHIPPED / f"{name}.json") for name in step.policies]
-        do(step, runs, folder, jobs)
-        for each in shipped:
-            err().print(compare(each, folder), soft_wrap=True)
 
 
 def _cards(folder: Path) -> list[Card]:

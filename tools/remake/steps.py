@@ -79,7 +79,7 @@ def calls(step: Step, runs: Path, to: Path, jobs: int | None) -> list[list[str]]
     return [[*arguments, "--out", str(home)], ["zoo", "mix", str(home / "self-play.json"), "--to", str(to)]]
 
 
-def remake(step: Step, runs: Path, to: Path, jobs: int | None) -> None:
+def do(step: Step, runs: Path, to: Path, jobs: int | None) -> None:
     """Do a step, with the output of its commands.
 
     Raises:

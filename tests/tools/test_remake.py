@@ -11,17 +11,18 @@ import pytest
 from safetensors.numpy import load, save
 from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_agents.commands.self_play import _unmixable
 from cps_agents.errors import CommandError
 from cps_agents.recipes.finding import RECIPES
-from cps_agents.zoo import remaking
 from cps_agents.zoo.card import SHIPPED
 from cps_agents.zoo.files import read_pair, shipped_names
-from cps_agents.zoo.remaking import calls, compare, remake, steps
 from cps_baselines.arena import Venue
 from cps_envs import PROBLEMS
 from tests.agents.trained import save_tiny
+from tools.command import program
+from tools.remake import steps as module
+from tools.remake.__main__ import remake
+from tools.remake.steps import calls, compare, do, steps
 
 
 def test_nothing_shipped_is_an_orphan() -> None:
@@ -61,20 +62,20 @@ def test_a_step_goes_on_where_it_stopped_and_its_mixtures_are_shipped() -> None:
 
 def test_the_commands_are_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (step,) = steps(["fdi-attack-mixture"])
-    monkeypatch.setattr(remaking, "calls", lambda *_: [["zoo", "card", "fdi-attack-mixture", "--out", f"{tmp_path}/a"]])
-    remake(step, tmp_path, tmp_path, None)
+    monkeypatch.setattr(module, "calls", lambda *_: [["zoo", "card", "fdi-attack-mixture", "--out", f"{tmp_path}/a"]])
+    do(step, tmp_path, tmp_path, None)
     assert (tmp_path / "a").is_file()
-    monkeypatch.setattr(remaking, "calls", lambda *_: [["zoo", "show", "unknown"]])
+    monkeypatch.setattr(module, "calls", lambda *_: [["zoo", "show", "unknown"]])
     with pytest.raises(CommandError, match="exit code 2"):
-        remake(step, tmp_path, tmp_path, None)
+        do(step, tmp_path, tmp_path, None)
 
 
 def test_the_plan_is_printed_with_its_cost() -> None:
-    result = CliRunner().invoke(app, ["zoo", "remake", "--dry-run"], env={"COLUMNS": "200"})
+    result = CliRunner().invoke(program(remake), ["--dry-run"], env={"COLUMNS": "200"})
     assert result.exit_code == 0, result.output
     assert "CPU minutes in all" in result.output
     assert "self-play hvac" in result.output
-    found = json.loads(CliRunner().invoke(app, ["zoo", "remake", "--dry-run", "--json"]).stdout)
+    found = json.loads(CliRunner().invoke(program(remake), ["--dry-run", "--json"]).stdout)
     assert [step["command"] for step in found] == [step.command for step in steps()]
 
 
