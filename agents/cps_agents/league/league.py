@@ -88,28 +88,15 @@ def line_up(
     pool: Workers,
     *,
     oracles: bool = False,
+    together: bool = True,
 ) -> tuple[Table, LeftOut]:
-    """The table with those who can play and meet all others who are left, and who is left out.
+    """The table with those who can play and, if `together`, meet all others who are left; and who is left out, and why.
 
     Oracles, which know more than they observe, are left out unless `references` name them or all `oracles` play.
 
     Raises:
         CommandError: `references` name what nothing has.
     """
-    present, left_out = entrants(table, references, store, pool, oracles=oracles)
-    clashing = left_out_for(find_clashes(present, pool), references)
-    return without(present, clashing), left_out | clashing
-
-
-def entrants(
-    table: Table,
-    references: Mapping[Role, Sequence[str]],
-    store: Store,
-    pool: Workers,
-    *,
-    oracles: bool = False,
-) -> tuple[Table, LeftOut]:
-    """The table with those who can play, though perhaps not with each other, and who is left out; see `line_up`."""
     applications = [
         (role, each, has_played(table, role, place, store))
         for role in ROLES
@@ -129,7 +116,9 @@ def entrants(
             reason = (not oracles and admissions[member].oracle) or admissions[member].refusal
         if reason:
             left_out[member] = reason
-    return without(table, left_out), left_out
+    present = without(table, left_out)
+    clashing = left_out_for(find_clashes(present, pool), references) if together else {}
+    return without(present, clashing), left_out | clashing
 
 
 def _admit(venue: Venue, application: tuple[Role, Contestant, bool]) -> Admission:

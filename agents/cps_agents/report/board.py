@@ -20,7 +20,7 @@ from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Pair, Table
 from cps_agents.catalogue import policies
 from cps_agents.errors import CommandError, explain
-from cps_agents.league.league import League, check_anybody, entrants, line_up, standings
+from cps_agents.league.league import League, check_anybody, line_up, standings
 from cps_agents.league.meetings import LeftOut, Payoffs
 from cps_agents.report.replay import Take
 from cps_agents.zoo.card import MIXTURE
@@ -214,7 +214,7 @@ def play_board(
         CommandError: a name that nothing has, or nobody left of a role.
     """
     with Workers(workers) as pool:
-        present, left_out = (entrants if most is None else line_up)(table, references, store, pool)
+        present, left_out = line_up(table, references, store, pool, together=most is not None)
         check_anybody(present, left_out)
         attackers, defenders = some(present.attackers, most), some(present.defenders, most)
         shown = replace(present, attackers=attackers, defenders=defenders)
