@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, near, shown
+from cps_envs.core.types import ROLES, Role
 
 Range = float | tuple[float, float]  # an exact value, or the bounds of a uniform draw at each reset
 IntRange = int | tuple[int, int]
@@ -25,15 +26,23 @@ def quantity(
     high: float = math.inf,
     choices: Sequence[str] = (),
     ranged: bool = False,
+    form: Sequence[Role] = (),
 ) -> Any:
     """A dataclass field with its unit, its admissible interval [low, high], and where the number comes from.
 
     A `ranged` field takes either one value or a pair (low, high) from which each reset draws uniformly. A field
     annotated `tuple[int, ...]`, `tuple[float, ...]` or, with choices, `tuple[str, ...]` takes any number of entries,
-    each of which obeys the bounds or is one of the choices.
+    each of which obeys the bounds or is one of the choices. `form` names the roles of which the field says how they see
+    and act, and not what happens: a trained policy brings its own value along.
     """
     metadata = {"unit": unit, "low": low, "high": high, "source": source, "choices": tuple(choices), "ranged": ranged}
-    return dataclasses.field(default=default, metadata=metadata)
+    return dataclasses.field(default=default, metadata={**metadata, "form": tuple(form)})
+
+
+def form_fields(config: Any, *roles: Role) -> tuple[str, ...]:
+    """The fields of a configuration that say how one of these roles sees and acts; of either without roles."""
+    wanted = set(roles or ROLES)
+    return tuple(each.name for each in dataclasses.fields(config) if wanted & set(each.metadata.get("form", ())))
 
 
 def bounds(value: Range) -> tuple[float, float]:

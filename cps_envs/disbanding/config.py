@@ -81,7 +81,9 @@ class DisbandingConfig:
     dt_s: float = quantity(0.0, unit="s", low=0, high=0.1, source="chosen: integration step; 0: the interpretation's")
     transitional_controller: bool = quantity(False, source="2.2.1: leaders brake early; S1 has it in any case")
     standstill_rule: bool = quantity(False, source="after (2.5): nobody moves whose gap is below r_0")
-    control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
+    control_period_s: float = quantity(
+        0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision", form=("defender",)
+    )
     attack_budget: IntRange = quantity(2, low=1, high=50, source="Table 2.3 disbands two platoons", ranged=True)
     gap_spread: float = quantity(0.0, low=0, high=0.5, source="chosen: initial gaps +- this share")
     speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=5, source="chosen: initial speeds +- this")
@@ -90,7 +92,9 @@ class DisbandingConfig:
     collision_penalty: float = quantity(0.0, unit="points of E_v", low=0, high=100, source="chosen: per 100/M vehicles")
     on_collision: str = quantity("continue", choices=("continue", "end"), source="chosen: ghosts go on, or the end")
     payoff_set: str = quantity("all", choices=("all", "intact_now"), source="chosen: whose speed errors are paid")
-    defense_action: str = quantity("vehicle", choices=("vehicle", "platoon"), source="chosen: one correction for each")
+    defense_action: str = quantity(
+        "vehicle", choices=("vehicle", "platoon"), source="chosen: one correction for each", form=("defender",)
+    )
     swarm_reward: str = quantity("team", choices=("team", "local"), source="chosen: of the swarm form")
     warning: str = quantity("broadcast", choices=("broadcast", "relayed"), source="2.4.2: by V2V, at a low data rate")
     hop_delay_s: Range = quantity(0.1, unit="s", low=0.01, high=2, source="chosen: per link", ranged=True)

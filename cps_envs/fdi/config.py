@@ -47,11 +47,17 @@ class FdiConfig:
     max_range_injection_m: float = quantity(50.0, unit="m", low=0.001, high=1000, source=FREE)
     max_rate_injection_mps: float = quantity(10.0, unit="m/s", low=0.001, high=1000, source=FREE)
     attack_action: str = quantity(
-        "level", choices=("level", "share"), source="chosen: injection, or share of the legal"
+        "level", choices=("level", "share"), source="chosen: injection, or share of the legal", form=("attacker",)
     )
-    share_levels: int = quantity(21, low=2, high=1001, source="chosen: from the lowest to the highest legal one")
-    mask: str = quantity("one_step", choices=("one_step", "look_ahead"), source="chosen: what counts as legal")
-    shield: bool = quantity(False, source="chosen: an illegal injection is replaced by the nearest legal one")
+    share_levels: int = quantity(
+        21, low=2, high=1001, source="chosen: from the lowest to the highest legal one", form=("attacker",)
+    )
+    mask: str = quantity(
+        "one_step", choices=("one_step", "look_ahead"), source="chosen: what counts as legal", form=("attacker",)
+    )
+    shield: bool = quantity(
+        False, source="chosen: an illegal injection is replaced by the nearest legal one", form=("attacker",)
+    )
     paid_pair: str = quantity("target", choices=("target", "any"), source="chosen: whose impact speed is paid")
     goal: str = quantity(
         "collision",
@@ -59,8 +65,12 @@ class FdiConfig:
         source="sections 3.4 and 3.3: paid is the impact speed, or what the errors (3.20) of `paid_pair` have grown",
     )
     max_correction_mps2: float = quantity(2.0, unit="m/s2", low=0.1, high=20, source="chosen: c_max of the defender")
-    correction_levels: int = quantity(4, low=1, high=100, source="chosen: steps between 0 and c_max")
-    share_rear_range: bool = quantity(True, source="chosen: the defender sees the rear range sensors too")
+    correction_levels: int = quantity(
+        4, low=1, high=100, source="chosen: steps between 0 and c_max", form=("defender",)
+    )
+    share_rear_range: bool = quantity(
+        True, source="chosen: the defender sees the rear range sensors too", form=("defender",)
+    )
     alarm_cost_mps2: float = quantity(0.01, unit="m/s2", low=0, high=10, source="chosen: per replaced reading")
     correction_cost: float = quantity(0.01, low=0, high=10, source="chosen: times the mean size of the corrections")
     gap_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial gap errors +- this")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from cps_envs.core.config import IntRange, Range, bounds, quantity
+from cps_envs.core.types import ROLES
 
 MAX_ZONES = 64
 MAX_SENSORS = 128  # two in each zone
@@ -95,7 +96,9 @@ class Parameters:
     forecast_drift_h: float = quantity(
         4.0, unit="h", low=0.01, high=1e4, source="chosen: memory of the forecast's drift"
     )
-    kalman_filters: bool = quantity(False, source="chosen: offers a Kalman filter for each set, all and no sensors")
+    kalman_filters: bool = quantity(
+        False, source="chosen: offers a Kalman filter for each set, all and no sensors", form=ROLES
+    )
     filter_heat_w: float = quantity(
         100.0, unit="W", low=1e-3, high=1e6, source="chosen: std of drifting heat that these filters expect"
     )
@@ -114,8 +117,12 @@ class Parameters:
         high=40,
         source="chosen: out of comfort is further from x_r; 4.3.1 keeps errors around 1 C",
     )
-    attack_action: str = quantity("any", choices=("any", "bias"), source="chosen: forge anything, or a bias only")
-    attacker_view: str = quantity("white", choices=("white", "grey"), source="chosen: sees all, or own sensors only")
+    attack_action: str = quantity(
+        "any", choices=("any", "bias"), source="chosen: forge anything, or a bias only", form=("attacker",)
+    )
+    attacker_view: str = quantity(
+        "white", choices=("white", "grey"), source="chosen: sees all, or own sensors only", form=("attacker",)
+    )
     attacker_sees_choice: bool = quantity(
         True,
         source="chosen: a white-box attacker sees the last choice, estimate fed and heating; False as in 4.3, where "

@@ -10,8 +10,9 @@ from typing import Any, ClassVar, Protocol, cast
 
 from cps_agents.arena.sources import sources_of
 from cps_agents.errors import CommandError, explain
-from cps_agents.zoo.references import form_fields, form_of
+from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.config import form_fields
 from cps_envs.core.documents import Entry
 from cps_envs.registration import find_problem
 
@@ -139,7 +140,7 @@ def make_meeting(
     venue: Venue, attacker: Contestant, defender: Contestant, episodes: int, first_seed: int = 0, label: str = ""
 ) -> Meeting:
     """The meeting of two contestants, in the observation and action forms that trained policies know."""
-    own, forms = {**attacker.overrides, **defender.overrides}, form_fields(venue.problem)
+    own, forms = {**attacker.overrides, **defender.overrides}, form_fields(venue.config)
     config = venue.changed({name: value for name, value in own.items() if name not in forms}).config
     for each in (attacker, defender):
         own |= form_of(each.reference, config)

@@ -8,9 +8,10 @@ from typing import Any
 from cps_agents.errors import CommandError
 from cps_agents.league.strategy import Strategy
 from cps_agents.learning.recipe import Recipe
-from cps_agents.zoo.references import FORMS, card_of, form_of
+from cps_agents.zoo.references import card_of, form_of
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
+from cps_envs.core.config import form_fields
 from cps_envs.core.types import Role
 
 
@@ -32,7 +33,7 @@ def venue_of(recipe: Recipe) -> Venue:
 def form_of_recipe(recipe: Recipe, venue: Venue) -> dict[str, Any]:
     """The overrides that let a recipe's role see and act in a venue as the recipe has it; what the venue sets stays."""
     own, there = venue_of(recipe).config, venue.config
-    names = [name for name in FORMS.get((recipe.problem, recipe.role), ()) if name not in venue.overrides]
+    names = [name for name in form_fields(own, recipe.role) if name not in venue.overrides]
     return {name: getattr(own, name) for name in names if getattr(own, name) != getattr(there, name)}
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.card import MIXTURE, Card, read_card
 from cps_agents.zoo.files import find, read_pair
+from cps_envs.core.config import form_fields
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.registration import find_problem
 
@@ -18,15 +18,6 @@ PREFIX, SB3 = "zoo:", "sb3:"
 MOST_FILES = 1000  # that one reference may lead to
 NAMED = re.compile(r'zoo:([^?"&,\]]+)')  # also inside mixture?policies=["zoo:..."]
 TRAINED = re.compile(r'(^|")(zoo|sb3):')
-FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a role sees and acts, not what happens
-    ("disbanding", "defender"): ("defense_action", "control_period_s"),
-    ("fdi", "attacker"): ("attack_action", "share_levels", "mask", "shield"),
-    ("fdi", "defender"): ("share_rear_range", "correction_levels"),
-    ("hvac", "attacker"): ("attack_action", "attacker_view", "kalman_filters"),
-    ("hvac", "defender"): ("kalman_filters",),
-    ("rogue", "attacker"): ("attack_hold_s",),
-    ("rogue", "defender"): ("defense_action", "control_period_s", "orders"),
-}
 
 
 def card_of(reference: str) -> Card | None:
@@ -109,16 +100,11 @@ def form_of(reference: str, config: Any) -> dict[str, Any]:
     trained = find_problem(card.problem).config(card.preset, card.overrides)
     if type(trained) is not type(config):  # of another problem
         return {}
-    names = FORMS.get((card.problem, card.role), ())
+    names = form_fields(trained, card.role)
     form = {name: getattr(trained, name) for name in names if getattr(trained, name) != getattr(config, name)}
     if (card.problem, card.role) == ("fdi", "attacker") and trained.tasks and not config.tasks:
         form["tasks"] = str(config.fixed_task)  # the same task, told by the observation
     return form
-
-
-def form_fields(problem: str) -> set[str]:
-    """The fields that say how a role of a problem sees and acts."""
-    return {name for (known, _), names in FORMS.items() if known == problem for name in names}
 
 
 def _exists(name: str) -> bool:
