@@ -131,7 +131,7 @@ OPTIONS = {  # old option -> what to type now
 }
 EXTRAS = {  # package -> the extra that installs it
     "cps_paper": "paper",
-    **dict.fromkeys(("scipy", "highspy", "joblib", "osqp", "cma", "matplotlib"), "baselines"),
+    **dict.fromkeys(("scipy", "highspy", "cma", "matplotlib"), "baselines"),
     **dict.fromkeys(("stable_baselines3", "sb3_contrib"), "sb3"),
     "torch": "train",
     "pymoo": "genetic",

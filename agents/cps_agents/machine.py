@@ -17,7 +17,6 @@ PACKAGES = (
     "numba",
     "gymnasium",
     "pettingzoo",
-    "osqp",
     "pymoo",
     "torch",
     "stable-baselines3",

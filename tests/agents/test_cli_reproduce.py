@@ -176,7 +176,6 @@ def test_leaving_the_reference_gives_exit_code_1(
         ("ch2", ("--table", "2.2", "--recheck"), "add --table claims"),
         ("ch3", ("--table", "3.9"), "3.7"),
         ("ch3", ("--preset-set", "C"), "A, B"),
-        ("ch3", ("--back-end", "gurobi"), "highs"),
         ("ch3", ("--time-limit", "0"), "above 0"),
         ("ch4", ("--table", "4.9"), "4.8fig"),
         ("ch4", ("--table", "4.1", "--recheck"), "add --table claims"),
@@ -205,13 +204,6 @@ def test_missing_matplotlib_is_told_before_anything_runs(
     assert result.exit_code == 2
     assert 'pip install "cps-envs[baselines]"' in " ".join(result.stderr.split())
     assert "chapter" not in result.stderr
-
-
-def test_missing_solver_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pyscipopt", None)
-    result = invoke("ch3", "--table", "3.1", "--quick", "--back-end", "scip")
-    assert result.exit_code == 2
-    assert "pip install" in " ".join(result.stderr.split())
 
 
 def test_help_says_that_no_table_of_chapter_3_is_reproduced() -> None:

@@ -57,7 +57,6 @@ REFUSED = [
             ("--set", "horizn=3", "Did you mean 'horizon'?"),
             ("--task", "y4>4", "names no sensors"),
             ("--task", "x4", "must read like x4>4"),
-            ("--backend", "loki", "--jobs", "2", "loki"),
         )
     ),
     *(

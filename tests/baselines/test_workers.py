@@ -14,17 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from joblib.externals.loky import get_reusable_executor
 
 from cps_baselines.workers import Workers
 
 FOREVER_S = 600.0
-
-
-@pytest.fixture(autouse=True)
-def _no_children_of_other_tests() -> None:
-    """joblib keeps its idle processes for the next call."""
-    get_reusable_executor().shutdown(wait=True)
 
 
 @contextmanager

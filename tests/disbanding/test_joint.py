@@ -11,13 +11,14 @@ import pytest
 
 from cps_baselines.disbanding.joint import BEST, PAPER, Joint
 from cps_baselines.disbanding.joint_program import CAPS, PENALTIES, design_joint, joint_scratch, solve_joint
-from cps_baselines.disbanding.quadratic_program import HildrethSolver, quadratic_program
+from cps_baselines.disbanding.quadratic_program import quadratic_program
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
+from tests.disbanding.programs import hildreth
 from tools.disbanding.bounds import least_errors
 
 SETTINGS = replace(BEST, horizon=4, period_s=0.5, command_weight=0.2, gap_weight=0.3)
@@ -73,8 +74,7 @@ def test_the_program_is_solved_as_a_dense_one(seed: int) -> None:
     hessian, rows = dense_program()
     stacked = np.vstack([*rows, *(-row for row in rows)])
     bounds = np.concatenate([*(high.ravel() for high in scratch.high), *(-low.ravel() for low in scratch.low)])
-    solver = HildrethSolver(quadratic_program(hessian, stacked), sweeps=20_000, tolerance=1e-10)
-    expected = solver.solve(scratch.linear.ravel(), bounds)
+    expected = hildreth(quadratic_program(hessian, stacked), scratch.linear.ravel(), bounds, (20_000, 1e-10))
     free = -np.linalg.solve(hessian, scratch.linear.ravel())
     assert (stacked @ free > bounds + 0.1).any()  # limits matter
     commands, multipliers = np.zeros(shape), np.zeros((3, *shape))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
@@ -21,13 +19,12 @@ from cps_baselines.disbanding.mpc import (
     predictive_command,
     stack_mpc,
 )
-from cps_baselines.disbanding.osqp_solver import OsqpSolver
-from cps_baselines.disbanding.quadratic_program import HildrethSolver, QuadraticProgram, quadratic_program
+from cps_baselines.disbanding.quadratic_program import QuadraticProgram, quadratic_program
 from cps_envs.core.kernels import unpack
 from cps_envs.disbanding.state import Constants
+from tests.disbanding.programs import EXACT, by_library, hildreth
 from tests.disbanding.table_2_1 import CELLS, LEAD, metrics, run_mpc, start, table_2_1
 
-EXACT: dict[str, Any] = {"sweeps": 100_000, "tolerance": 1e-12}
 CONSTANTS = unpack(Constants, table_2_1(), 0)
 SETTINGS = [PAPER_MATCHING, BEST_TUNED]
 
@@ -44,8 +41,6 @@ def random_program(rng: np.random.Generator) -> tuple[QuadraticProgram, np.ndarr
 @pytest.mark.parametrize("seed", range(12))
 def test_solvers_agree(seed: int) -> None:
     qp, linear, limits = random_program(np.random.default_rng(seed))
-    hildreth, osqp = HildrethSolver(qp, **EXACT), OsqpSolver(qp)
-    ours = hildreth.solve(linear, limits)
     scipy = minimize(
         lambda u: 0.5 * u @ qp.hessian @ u + linear @ u,
         np.zeros(len(linear)),
@@ -54,16 +49,16 @@ def test_solvers_agree(seed: int) -> None:
         method="SLSQP",
         options={"ftol": 1e-12, "maxiter": 200},
     )
-    np.testing.assert_allclose(osqp.solve(linear, limits), scipy.x, atol=1e-5)
-    np.testing.assert_allclose(ours, scipy.x, atol=1e-5)
+    np.testing.assert_allclose(by_library(qp, linear, limits), scipy.x, atol=1e-5)
+    np.testing.assert_allclose(hildreth(qp, linear, limits, EXACT), scipy.x, atol=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_optimality_conditions(seed: int) -> None:
     qp, linear, limits = random_program(np.random.default_rng(100 + seed))
-    solver = HildrethSolver(qp, **EXACT)
-    solution = solver.solve(linear, limits)
-    multipliers, slack = solver.multipliers, limits - qp.rows @ solution
+    multipliers = np.zeros(len(limits))
+    solution = hildreth(qp, linear, limits, EXACT, multipliers)
+    slack = limits - qp.rows @ solution
     assert (multipliers >= 0.0).all()
     np.testing.assert_allclose(qp.hessian @ solution + linear + qp.rows.T @ multipliers, 0.0, atol=1e-9)
     assert slack.min() > -1e-7
@@ -72,24 +67,23 @@ def test_optimality_conditions(seed: int) -> None:
 
 def test_a_warm_start_continues() -> None:
     qp, linear, limits = random_program(np.random.default_rng(4))
-    solver, cold = HildrethSolver(qp, warm_start=True), HildrethSolver(qp)
-    once = solver.solve(linear, limits)
-    again = solver.solve(linear, limits)
-    np.testing.assert_allclose(once, cold.solve(linear, limits), atol=1e-9)
-    exact = OsqpSolver(qp).solve(linear, limits)
+    multipliers = np.zeros(len(limits))
+    once, again = (hildreth(qp, linear, limits, multipliers=multipliers) for _ in range(2))
+    np.testing.assert_allclose(once, hildreth(qp, linear, limits), atol=1e-9)
+    exact = by_library(qp, linear, limits)
     assert np.abs(again - exact).max() <= np.abs(once - exact).max() + 1e-9
 
 
 def test_the_cap_bounds_the_work() -> None:
     qp, linear, limits = random_program(np.random.default_rng(104))
-    capped, exact = HildrethSolver(qp).solve(linear, limits), HildrethSolver(qp, **EXACT).solve(linear, limits)
+    capped, exact = hildreth(qp, linear, limits), hildreth(qp, linear, limits, EXACT)
     assert 1e-6 < np.abs(capped - exact).max() < 0.2
 
 
 def test_infeasible_programs_end() -> None:
     qp = design_mpc(PAPER_MATCHING, 0.3).qp
     limits = np.full(len(qp.rows), -100.0)
-    assert np.isfinite(HildrethSolver(qp).solve(np.ones(5), limits)).all()
+    assert np.isfinite(hildreth(qp, np.ones(5), limits)).all()
 
 
 def predict(
@@ -143,7 +137,7 @@ def test_matrices_are_cost_and_constraints_of_the_model(settings: MpcSettings, t
 def test_command_is_the_first_of_the_optimum(settings: MpcSettings) -> None:
     rng = np.random.default_rng(11)
     mpc = design_mpc(settings, 0.3)
-    osqp, horizon = OsqpSolver(mpc.qp), settings.horizon
+    horizon = settings.horizon
     linear, limits, constrained = np.empty(horizon), np.empty(5 * horizon - 4), 0
     room = mpc_scratch(stack_mpc(settings, np.array([0.3])))
     for _ in range(60):
@@ -154,7 +148,7 @@ def test_command_is_the_first_of_the_optimum(settings: MpcSettings) -> None:
         ours = predictive_command(own, ahead, CONSTANTS, mpc, multipliers, room)
         error = np.array([gap - 5.0, ahead[0] - speed, ahead[1] - acceleration])
         assemble(mpc.model, error, 5.0, ahead, CONSTANTS, linear, limits)
-        assert ours == pytest.approx(np.clip(osqp.solve(linear, limits)[0], -5.0, 1.0), abs=2e-3)
+        assert ours == pytest.approx(np.clip(by_library(mpc.qp, linear, limits)[0], -5.0, 1.0), abs=2e-3)
         constrained += bool(multipliers.any())
     assert constrained > 5
 

@@ -110,12 +110,6 @@ def test_stronger_defenders_beat_the_paper_s_in_all_twelve_cells(defender: str, 
     assert_beats_the_paper_s(defender, attack, [5.0, 4.0])
 
 
-def test_solvers_of_the_mpc_agree() -> None:
-    setting = {"tau_s": 0.3, "duration_s": 20.0}
-    library = play("lead", "mpc?solver=osqp", **setting)["velocity_error_intact"][0]
-    assert play("lead", "mpc", **setting)["velocity_error_intact"][0] == pytest.approx(library, abs=1e-3)
-
-
 def test_mpc_refuses_a_lag_that_its_model_cannot_follow() -> None:
     with pytest.raises(ValueError, match=r"period_s <= 0\.08 s or a larger tau_s"):
         play("lead", "mpc", tau_s=0.04, duration_s=5.0)

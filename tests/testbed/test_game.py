@@ -146,7 +146,6 @@ def test_orders_act_after_the_delay_of_the_radio() -> None:
 
 @pytest.mark.parametrize("defender", ["none", "heuristic", "heuristic?horizon_s=1", "copy", "feedback", "mpc"])
 def test_any_disbanding_defender_plays_by_name(defender: str) -> None:
-    pytest.importorskip("osqp")
     outcome, _ = play(defender, SHORT, (0, 1), EARLY)
     assert np.all((outcome["velocity_error"] > 1.0) & (outcome["velocity_error"] < 60.0))
     assert outcome["collided"].tolist() == [0, 0]

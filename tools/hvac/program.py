@@ -1,6 +1,6 @@
 """The strongest stealthy attack on MTD2: a convex quadratic is maximised over an intersection of ellipsoids.
 
-Needs the extra `convex`. The local optimum comes by sequential linearisation, each step a second-order cone program.
+The local optimum comes by sequential linearisation, each step a second-order cone program.
 The bound is Shor's relaxation of the same problem, a semidefinite program; it holds for the mean field and its knots.
 
 The data of the program say what biases do to MTD2 and to the building, as matrices. The attacker shows the true
@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.optional import optional
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray
@@ -169,12 +168,9 @@ class Quadratic(NamedTuple):
 
 
 def solve(response: Response) -> Optimum:
-    """The attack that sequential linearisation finds from the relaxation's leading direction, and the bound.
+    """The attack that sequential linearisation finds from the relaxation's leading direction, and the bound."""
+    import cvxpy as cp
 
-    Raises:
-        MissingExtraError: cvxpy is not installed.
-    """
-    cp = optional("cvxpy", install='"cps-envs[convex]"', purpose="the optimal stealthy attack")
     problem = quadratic(response)
     start, multipliers = relaxed(cp, problem)
     b = refined(cp, response, start)

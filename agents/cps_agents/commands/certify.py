@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -34,15 +33,6 @@ if TYPE_CHECKING:
     Records = dict[Task, Record]
 
 
-class Backend(str, Enum):
-    """How joblib spreads the integer programs: processes, threads or a Dask cluster."""
-
-    LOKY = "loky"
-    THREADING = "threading"
-    DASK = "dask"
-    RAY = "ray"
-
-
 def certify(
     preset: Annotated[str, typer.Option(help="Use this preset of the problem fdi, such as paper or drawn.")],
     settings: Changes = None,
@@ -67,7 +57,6 @@ def certify(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Solve so many tasks at a time; default: as many as cores.")
     ] = None,
-    backend: Annotated[Backend, typer.Option(help="Backend of joblib.")] = Backend.LOKY,
     improve: Annotated[bool, typer.Option("--improve", help="Continue with tasks that are not proved.")] = False,
     to: Annotated[
         Path | None,
@@ -82,7 +71,7 @@ def certify(
     the same command continues.
     """
     config = FDI.config(preset, assignments(settings or []))
-    limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores(), "backend": backend.value}
+    limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores()}
     if episodes is not None:
         path = to or Path("results") / "certificates" / f"{preset}-episodes.json"
         certify_episodes(config, episodes, path, **limits, as_json=as_json)
@@ -181,14 +170,14 @@ def _cells(record: Record) -> tuple[str, ...]:
 
 
 def certify_episodes(
-    config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, jobs: int, backend: str, as_json: bool
+    config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, jobs: int, as_json: bool
 ) -> None:
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
     with alone_at(path), Progress("episodes", episodes) as progress:
         rows = stored_episodes(path, config)
         left = [seed for seed in range(episodes) if str(seed) not in rows]
         progress.total = len(left)
-        found = certify_all(config, left, time_limit_s=time_limit_s, jobs=jobs, backend=backend)
+        found = certify_all(config, left, time_limit_s=time_limit_s, jobs=jobs)
         for done, certificate in enumerate(found, 1):
             rows[str(certificate.instance.seed)] = _row(certificate)
             write_text(path, json.dumps({"config": plain_values(config), "episodes": rows}, indent=1) + "\n")

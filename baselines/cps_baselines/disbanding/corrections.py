@@ -170,14 +170,6 @@ def sight_for(num_vehicles: int) -> Sight:
     return Sight(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], mitigable)
 
 
-@kernel
-def sight_of(row: Observation, layout: Layout, reasons: BoolArray) -> Sight:
-    """What a controller reads of an observation (size,), for Python."""
-    sight = sight_for(reasons.size)
-    look(row, layout, reasons, sight)
-    return sight
-
-
 @inlined
 def look(row: Observation, layout: Layout, reasons: BoolArray, sight: Sight) -> None:
     """Fill `sight` from an observation (size,) and the vehicles that have `reasons` (M,) to act."""

@@ -1,12 +1,12 @@
-"""Quadratic programs with a constant matrix, min 1/2 U' H U + f' U subject to G U <= w, and two ways to solve them."""
+"""Quadratic programs with a constant matrix by dual iteration: min 1/2 U' H U + f' U subject to G U <= w."""
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import copy, fill, inlined, kernel
+from cps_envs.core.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray, IntArray
 
 Vector = FloatArray
@@ -101,41 +101,3 @@ def constrain(qp: QuadraticProgram, multipliers: Vector, solution: Vector) -> No
         if multipliers[i] > 0.0:
             for j in range(solution.shape[0]):
                 solution[j] -= multipliers[i] * qp.row_response[i, j]
-
-
-@kernel
-def _climb(qp: QuadraticProgram, slack: Vector, multipliers: Vector, sweeps: int, tolerance: float) -> int:
-    """`climb_dual` for Python."""
-    return climb_dual(qp, slack, multipliers, np.empty(slack.size, np.int64), sweeps, tolerance)
-
-
-class Solver(Protocol):
-    """One way to solve programs with the same constant part."""
-
-    def solve(self, linear: Vector, limits: Vector) -> Vector:
-        """The optimum U (n,) for f = `linear` (n,) and w = `limits` (m,); the best iterate if there is none."""
-        ...
-
-
-class HildrethSolver:
-    """The capped dual iteration, optionally started from the multipliers of the program solved before."""
-
-    def __init__(
-        self, qp: QuadraticProgram, *, sweeps: int = SWEEPS, tolerance: float = TOLERANCE, warm_start: bool = False
-    ) -> None:
-        self.qp = qp
-        self.sweeps = sweeps
-        self.tolerance = tolerance
-        self.warm_start = warm_start
-        self.multipliers = np.zeros(len(qp.rows))
-
-    def solve(self, linear: Vector, limits: Vector) -> Vector:
-        """See `Solver.solve`."""
-        solution = -self.qp.inverse @ linear
-        slack = np.empty(len(limits))
-        if not self.warm_start:
-            self.multipliers[:] = 0.0
-        if slacks(self.qp, solution, limits, slack) < 0.0:
-            _climb(self.qp, slack, self.multipliers, self.sweeps, self.tolerance)
-            constrain(self.qp, self.multipliers, solution)
-        return solution

@@ -7,31 +7,27 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
-from itertools import islice
-from typing import Any, NamedTuple
+from functools import partial
+from itertools import groupby
+from typing import NamedTuple
 
-import joblib
 import numpy as np
 from gymnasium.utils import seeding
-from joblib.parallel import get_active_backend
 
 from cps_baselines.fdi.cross import PROVED_MPS, Extra, cross, merged
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import Limits, Program, solve
 from cps_baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack
 from cps_baselines.fdi.replay import NoReplayError, replay
-from cps_baselines.optional import optional
-from cps_envs.core.errors import ConfigurationError, near
+from cps_baselines.workers import Workers
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task, all_tasks
-
-BACKEND = "loky"
 
 
 def paper_tasks(num_vehicles: int) -> Sequence[Task]:
@@ -54,46 +50,36 @@ def sweep(
     gap: float = 0.0,
     extra: Extra | None = None,
     jobs: int = 1,
-    backend: str = BACKEND,
 ) -> Iterator[Record]:
     """Records of the tasks as they get done, merged with what is known already.
 
     A search begins with the best attack known for the task, or for fewer sensors and the same target: leaving a sensor
-    alone is legal, so no task ends up below one of its parts that was done before it began.
+    alone is legal, so no task ends up below one of its parts that comes before it.
 
     Args:
         config: the platoon, its limits and the horizon.
-        tasks: what to solve, in this order.
+        tasks: what to solve, in this order; neighbours with as many sensors side by side.
         known: earlier records.
         time_limit_s: of each integer program, s.
         gap: see `cross`.
         extra: the same.
         jobs: how many at a time.
-        backend: of joblib: loky, threading, multiprocessing, dask (at DASK_SCHEDULER_ADDRESS, else on this machine),
-            ray, or any that was registered.
-
-    Raises:
-        MissingExtraError: the backend's package is not installed.
-        ValueError: there is no such backend.
     """
     found = dict(known)
-    cell = joblib.delayed(cross)
-    work = (cell(config, task, time_limit_s, gap, best_start(task, list(found.values())), extra) for task in tasks)
-    with ready(backend), joblib.parallel_config(backend=backend, n_jobs=jobs):
-        for record in as_done(work, jobs):
-            if record.task in known:
-                record = merged(known[record.task], record)
-            found[record.task] = record
-            yield record
+    search = partial(_searched, config, time_limit_s, gap, extra)
+    with Workers(jobs) as workers:
+        for _, alike in groupby(tasks, key=lambda task: task.sensors.count):
+            work = [(task, best_start(task, found.values())) for task in alike]
+            for (task, _), record in workers.run(search, work):
+                found[task] = merged(known[task], record) if task in known else record
+                yield found[task]
 
 
-def as_done(work: Iterator[Any], jobs: int) -> Iterator[Any]:
-    """Results of delayed calls as they get done; `jobs` at a time where the backend can only return all at once."""
-    if get_active_backend()[0].supports_return_generator:
-        yield from joblib.Parallel(return_as="generator_unordered", pre_dispatch="n_jobs")(work)
-        return
-    while some := list(islice(work, jobs)):
-        yield from joblib.Parallel()(some)
+def _searched(
+    config: FdiConfig, time_limit_s: float, gap: float, extra: Extra | None, work: tuple[Task, IntArray | None]
+) -> Record:
+    task, start = work
+    return cross(config, task, time_limit_s, gap, start, extra)
 
 
 def best_start(task: Task, records: Iterable[Record]) -> IntArray | None:
@@ -108,26 +94,6 @@ def best_start(task: Task, records: Iterable[Record]) -> IntArray | None:
     levels = np.zeros((len(best.injections), task.sensors.count), np.int64)
     levels[:, _places(best.task.sensors, task.sensors)] = best.injections
     return levels
-
-
-@contextmanager
-def ready(backend: str) -> Iterator[None]:
-    """While a backend is connected or registered that joblib does not set up by itself.
-
-    Raises:
-        ConfigurationError: there is no such backend.
-        MissingExtraError: it is not installed.
-    """
-    known = {*joblib.parallel.BACKENDS, "dask", "ray"}
-    if backend not in known:
-        raise ConfigurationError(f"backend = {backend!r} is unknown. {near(backend, known)}")
-    if backend == "dask":
-        with optional("distributed", install="distributed", purpose="the backend 'dask'").Client():
-            yield
-        return
-    if backend == "ray":
-        optional("ray.util.joblib", install="ray", purpose="the backend 'ray'").register_ray()
-    yield
 
 
 def _within(part: Sensors, whole: Sensors) -> bool:
@@ -238,17 +204,13 @@ def certify(config: FdiConfig, instance: Instance, time_limit_s: float = 20.0) -
 
 
 def certify_all(
-    config: FdiConfig,
-    seeds: Sequence[int],
-    *,
-    time_limit_s: float = 20.0,
-    jobs: int = 1,
-    backend: str = BACKEND,
+    config: FdiConfig, seeds: Sequence[int], *, time_limit_s: float = 20.0, jobs: int = 1
 ) -> Iterator[Certificate]:
-    """The certificates of the episodes of several seeds as they get done, so many at a time; see `sweep.sweep`."""
-    work = (joblib.delayed(certify)(config, instance_of(config, seed), time_limit_s) for seed in seeds)
-    with ready(backend), joblib.parallel_config(backend=backend, n_jobs=jobs):
-        yield from as_done(work, jobs)
+    """The certificates of the episodes of several seeds as they get done, so many at a time."""
+    instances = [instance_of(config, seed) for seed in seeds]
+    with Workers(jobs) as workers:
+        for _, certificate in workers.run(partial(certify, config, time_limit_s=time_limit_s), instances):
+            yield certificate
 
 
 def _replayed(config: FdiConfig, instance: Instance, point: FloatArray | None) -> tuple[float, IntArray | None]:

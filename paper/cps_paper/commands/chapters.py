@@ -96,7 +96,6 @@ COMMANDS = (
                 "Gains, limits and horizons: A or B. The paper prints none; both are fitted to its tables.",
                 "A|B",
             ),
-            Option("back_end", str, "highs", "Solver of the cells: highs, scip or cplex."),
             Option("time_limit", float, 2.0, "Of each solve.", "SECONDS"),
             Option("acceptance", float, 0.45, "Largest distance from a grid point that counts as reached."),
         ),

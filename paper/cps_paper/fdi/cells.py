@@ -110,7 +110,7 @@ def cells_table(evidence: FdiEvidence, table: str) -> ExhibitTable:
     config = settings.config(table)
     title = (
         f"Table {table}: n = {config.num_vehicles}, set {settings.parameters}, m = {config.horizon}, "
-        f"{settings.back_end}, {settings.time_limit_s:g} s per solve"
+        f"HiGHS, {settings.time_limit_s:g} s per solve"
     )
     notes = CELL_NOTES if table == list(solved(evidence))[-1] else ()
     return ExhibitTable(title, COLUMNS, table_cells(evidence, table), notes, left=4, grouped=1, data=_data)
@@ -137,7 +137,7 @@ def _data(cell: CollisionPair) -> dict[str, Any]:
         "target": cell.paper.task.target,
         "paper": {pair_name(pair): speed for pair, speed in cell.paper.speeds_mps},
         "ours": {pair_name(pair): speed for pair, speed in cell.ours.pairs},
-        **{name: getattr(cell.ours, name) for name in ("distance", "back_end", "statuses", "wall_s", "injections")},
+        **{name: getattr(cell.ours, name) for name in ("distance", "statuses", "wall_s", "injections")},
         **{name: getattr(cell, name) for name in names},
     }
 

@@ -37,7 +37,6 @@ def evidence(
     *,
     quick: bool = False,
     preset_set: str = "A",
-    back_end: str = "highs",
     time_limit: float = 2.0,
     acceptance: float = 0.45,
 ) -> FdiEvidence:
@@ -46,7 +45,7 @@ def evidence(
     Raises:
         ConfigurationError: see `FdiSettings`.
     """
-    return FdiEvidence(quick=quick, settings=FdiSettings(preset_set, back_end, time_limit, acceptance))
+    return FdiEvidence(quick=quick, settings=FdiSettings(preset_set, time_limit, acceptance))
 
 
 def _table(table: str) -> Exhibit[FdiEvidence]:

@@ -47,11 +47,11 @@ def _on_speeds(counts: Sequence[TableCounts], settings: FdiSettings) -> str:
     feasible = sum(each.counts.feasibility for each in tables)
     cells = sum(each.cells for each in tables)
     if not cells:
-        return f"Set {settings.parameters}, solved by {settings.back_end}."
+        return f"Set {settings.parameters}, solved by HiGHS."
     return (
         f"Not reproducible: the individual speeds. With n = 4, {feasible} of {cells} cells agree on whether the target "
         f"can be hit, but of the {both} hit in both only {speed} agree in speed within 10 %, and largely because both "
-        f"lie on the same grid of -2, -4, -6, -8 m/s. Set {settings.parameters}, solved by {settings.back_end}."
+        f"lie on the same grid of -2, -4, -6, -8 m/s. Set {settings.parameters}, solved by HiGHS."
     )
 
 
