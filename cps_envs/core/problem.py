@@ -65,10 +65,10 @@ class Problem:
     game: Callable[[Any, int], Game]  # called as game(config, num_envs)
     fields: Mapping[Role, Callable[[Any], Fields]]  # what each role observes under a configuration
     opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
-    viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
+    viewer: str = ""  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
     swarm: Mapping[Role, str] = field(default_factory=dict)  # role -> the adapter by which it is a team of agents
     discrete: tuple[Role, ...] = ()  # roles with MultiDiscrete actions, which also come with Discrete ones
-    namespace: str = "cps_envs"  # of the ids; a package of your own takes its own
+    namespace: str = "cps_envs"  # of the ids, and the package whose import registers them: one word, without dots
     unit: str = ""  # of what the attacker is paid, such as "m/s"
     work: Work | None = None  # what `cps-envs bench` counts beside steps
     training: Mapping[Role, Training] = field(default_factory=dict)  # of preset `learning`
@@ -131,6 +131,9 @@ class Problem:
         """The viewer of this problem.
 
         Raises:
+            ConfigurationError: it has none.
             MissingExtraError: the drawing package is not installed.
         """
+        if not self.viewer:
+            raise ConfigurationError(f"{self.name} is not drawn: its Problem names no viewer")
         return imported(self.viewer)(config)

@@ -82,6 +82,11 @@ def test_arguments_without_json_form_skip_the_spec_check() -> None:
     assert run_check(conformance.check_determinism, subject).status == "passed"
 
 
+def test_a_problem_without_a_viewer_conforms_undrawn() -> None:
+    outcome = run_check(conformance.check_rendering, of(viewer=""))
+    assert (outcome.status, "no viewer" in outcome.reason) == ("skipped", True)
+
+
 def test_a_failure_names_check_subject_and_place() -> None:
     with pytest.raises(AssertionError, match=r"check_live_observations of .*'learning'.*attacker's.*time_s\[0\]"):
         run_check(conformance.check_live_observations, MUTANTS["check_live_observations"][0]())

@@ -76,6 +76,13 @@ def test_the_viewer_is_made_when_it_is_needed() -> None:
     assert renderer.frame(1).dtype == np.uint8
 
 
+def test_a_problem_without_a_viewer_says_so() -> None:
+    blind = replace(TOY, viewer="")
+    assert recording_viewer(blind, ToyConfig()) is None
+    with pytest.raises(ConfigurationError, match="names no viewer"):
+        Renderer(blind, ToyGame(ToyConfig(), 1)).frame()
+
+
 def test_a_window_without_pygame_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     import importlib
 

@@ -19,6 +19,8 @@ def check_rendering(subject: Subject) -> None:
     Raises:
         NotApplicableError: the problem has no viewer, or its drawing package is not installed.
     """
+    if not subject.problem.viewer:
+        raise NotApplicableError("nothing draws this problem: it names no viewer")
     actions, expected = record(subject.single(), seed=95)
     env = subject.single(render_mode="rgb_array")
     frames: list[Any] = []

@@ -46,7 +46,9 @@ class CanvasViewer(ABC):
 
 
 def recording_viewer(problem: Problem, config: Any) -> tuple[CanvasViewer, Recorder] | None:
-    """A problem's viewer and the recorder that it draws on; None where the viewer draws in another way."""
+    """A problem's viewer and the recorder that it draws on; None where it draws in another way, or not at all."""
+    if not problem.viewer:
+        return None
     viewer: Any = imported(problem.viewer)
     if not (isinstance(viewer, type) and issubclass(viewer, CanvasViewer)):
         return None
