@@ -39,7 +39,7 @@ def quantity(
     return dataclasses.field(default=default, metadata={**metadata, "form": tuple(form)})
 
 
-def form_fields(config: Any, *roles: Role) -> tuple[str, ...]:
+def form_fields(config: Any, *roles: str) -> tuple[str, ...]:
     """The fields of a configuration that say how one of these roles sees and acts; of either without roles."""
     wanted = set(roles or ROLES)
     return tuple(each.name for each in dataclasses.fields(config) if wanted & set(each.metadata.get("form", ())))
