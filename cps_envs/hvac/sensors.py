@@ -6,7 +6,6 @@ from itertools import product
 
 import numpy as np
 
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import BoolArray, IntArray
 from cps_envs.hvac.parameters import Parameters
 
@@ -39,21 +38,6 @@ def filter_sets(config: Parameters) -> tuple[SensorSet, ...]:
     if not config.kalman_filters:
         return ()
     return (*sensor_sets(config), tuple(range(1, config.num_sensors + 1)), ())
-
-
-def filter_choice(config: Parameters, sensors: SensorSet) -> int:
-    """The defender's choice that feeds the estimate of the Kalman filter with these sensors to the controller.
-
-    Raises:
-        ConfigurationError: the configuration offers no such filter.
-    """
-    offered = filter_sets(config)
-    if sensors not in offered:
-        raise ConfigurationError(
-            f"no Kalman filter of the sensors {list(sensors)} is offered: set kalman_filters=true, and name the set in "
-            "sensor_sets if they are neither all nor none."
-        )
-    return len(sensor_sets(config)) + 2 + offered.index(sensors)
 
 
 def _rows(sensors: int, size: int) -> tuple[SensorSet, ...]:

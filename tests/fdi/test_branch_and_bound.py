@@ -11,11 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_baselines.fdi.branch_and_bound import AT_REST, PRINTED, SearchTables, error_of, find_injections, make_search
+from cps_baselines.fdi.action_form import ActionForm
+from cps_baselines.fdi.branch_and_bound import AT_REST, PRINTED, SearchTables, find_injections, make_search
+from cps_baselines.fdi.injection import view_of
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import Field, Fields
+from cps_envs.core.seen import Seen
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
+from cps_envs.fdi.problem import FDI
 
 KINDS = ("x", "v", "xv")
 BROAD = FdiConfig()
@@ -180,14 +183,16 @@ def test_kick_start_follows_the_sign_of_the_numerator() -> None:
     assert not find_injections(search, REST).found[0]
 
 
-def test_a_platoon_observed_at_rest_is_at_rest() -> None:
-    fields = Fields(Field("gap_error", "m", -5.0, 45.0, (4,)), Field("relative_speed", "m/s", -30.0, 31.7, (4,)))
-    seen = fields.decode(fields.encode(REST))
-    assert np.abs(np.concatenate(list(seen.values()))).max() > 0.0
-    error = error_of(seen["gap_error"], seen["relative_speed"])
-    np.testing.assert_array_equal(error, REST)
-    assert error.dtype == np.float64
-    np.testing.assert_array_equal(error_of(np.array([[2 * AT_REST]]), np.array([[-1.0]])), [[2 * AT_REST, -1.0]])
+def test_a_platoon_that_is_nearly_at_rest_is_at_rest() -> None:
+    game = FDI.game(BROAD, 1)
+    game.reset(np.ones(1, np.bool_), [np.random.default_rng(0)])
+    game.state.error[0] = AT_REST / 2
+    game.state.error[0, -1] = 200 * AT_REST
+    seen = Seen(game.fields["attacker"], game.observe("attacker"))
+    assert seen["gap_error"].any()
+    (error,) = view_of(ActionForm(BROAD), seen).error
+    np.testing.assert_array_equal(error[:-1], REST[0, :-1])
+    assert error[-1] == pytest.approx(200 * AT_REST, rel=1e-2)
 
 
 def test_spoofed_range_is_bounded_where_readings_are() -> None:

@@ -46,7 +46,7 @@ NOTHING = CollisionCell("3.1", TASK, ())
 
 def ours(*pairs: tuple[int, float]) -> GridCell:
     speed = dict(pairs).get(TASK.target)
-    return GridCell(TASK, bool(pairs), speed, pairs, 0.1 if pairs else None, "highs", (), None, 0.0)
+    return GridCell(TASK, bool(pairs), speed, pairs, 0.1 if pairs else None, (), None, 0.0)
 
 
 @pytest.fixture(scope="module")

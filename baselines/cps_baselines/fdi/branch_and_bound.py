@@ -136,13 +136,6 @@ def fill_sequences(
     return missing
 
 
-def error_of(gap_error_m: FloatArray, relative_speed_mps: FloatArray) -> FloatArray:
-    """The states e (B, 2n) of decoded observations (B, n); what nearly rests is put to rest, so that attacks start."""
-    error = np.concatenate([gap_error_m, relative_speed_mps], axis=-1, dtype=np.float64)
-    error[np.abs(error) < AT_REST] = 0.0
-    return error
-
-
 def _candidates(bounds: IntArray, resolution: FloatArray) -> tuple[IntArray, FloatArray]:
     """The levels and values (q, c) of each sensor, by size, negative first."""
     levels = np.zeros((len(bounds), 2 * int(bounds.max()) + 1), np.int64)
