@@ -19,6 +19,10 @@ best answer to each opponent that was known at the freeze. More is better in eve
 over episodes and training seeds. Entries share a rank where their difference, in pairs on the same episodes, may be
 chance. Told entries know more than their role observes, and have no rank. Click a heading to sort.
 [Submit](submit.md) says how to add a row. `cps-envs score board` prints the same.
+
+*Best response* is what the attacker is paid, on fresh episodes, against the strongest opponent that was found: among
+all known ones, by a search, or by our own PPO (`cps-envs best-response --entry`). Of a network, the training seed plays
+that validation chose. A stronger opponent may exist. Where nobody has looked stands -.
 """
 
 

@@ -36,13 +36,18 @@ from cps_agents.league.venues import venue_against
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.recipes.finding import usual_recipe
+from cps_agents.scoring.exploits import Exploit, entry_at, keep_exploit
 from cps_agents.sheet import Sheet
+from cps_agents.zoo.references import is_trained
+from cps_baselines.arena import Contestant
 from cps_envs import find_problem
 from cps_envs.core.types import Role, other
 
 AGAINST = "Respond to this {}: its name or zoo:NAME. May be repeated: several are mixed."
 KNOWN = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
 PRESET = "Preset of the environment; default: the one the opponent learned in, or else the recipe's."
+ENTRY = "Respond to this entry of a board, leaderboard/v1/TRACK/NAME.json, in its game, and keep what is found."
+LEAST_EPISODES = 16  # for a board
 LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configuration."
 
 
@@ -51,6 +56,7 @@ def best_response(
     role: Annotated[str, typer.Argument(help="Role that responds: attacker or defender.")],
     attacker: Annotated[list[str] | None, typer.Option(help=AGAINST.format("attacker"))] = None,
     defender: Annotated[list[str] | None, typer.Option(help=AGAINST.format("defender"))] = None,
+    entry: Annotated[Path | None, typer.Option(metavar="FILE.json", help=ENTRY)] = None,
     weights: Annotated[
         str | None, typer.Option(help="Weights of several opponents, such as 1,3; default: equal.")
     ] = None,
@@ -81,6 +87,12 @@ def best_response(
     that they find and all policies known before; the best of both play fresh episodes. The result is a lower bound: a
     better response may exist that nobody found.
     """
+    if entry is not None:
+        if attacker or defender or preset or overrides:
+            raise CommandError("--entry names opponent and game: leave out --attacker, --defender, --preset and --set")
+        if episodes < LEAST_EPISODES:
+            raise CommandError(f"--entry takes --episodes {LEAST_EPISODES} or more: the board says how sure a pay is")
+        attacker, defender, preset = _entered(entry, problem, role_named(role))
     mine, against = role_named(role), _against(role_named(role), attacker, defender)
     question, oracles = _question(problem, mine, mix(against, _weights(weights)), oracle, preset, overrides, episodes)
     oracles = in_venue(oracles, question.venue, assignments(knobs or [], "--knob", "learning_rate=0.001"))
@@ -96,12 +108,46 @@ def best_response(
         over_value = None if value is None else gain_over(value, judgement.response_pay, question.role)
         content = _document(question, oracles, responses, judgement, over_value) | describe()
         write_json(folder / "best-response.json", content)
+        if entry is not None:
+            _keep(entry, judgement, present.players(mine), responses)
     if as_json:
         print_json(content)
     else:
         _show(question, responses, judgement, over_value)
     written = f"Written: {folder / 'best-response.json'}. The response plays as {responses.chosen.reference}"
     err().print(written, markup=False, soft_wrap=True)
+
+
+def _entered(entry: Path, problem: str, role: Role) -> tuple[list[str] | None, list[str] | None, str]:
+    """The attacker or the defender that an entry is, and the preset of its track."""
+    score = entry_at(entry)
+    track = score.frozen.track
+    if (track.problem, track.role) != (problem, other(role)):
+        raise CommandError(f"{entry} is of {track.name}: to it responds `{track.problem} {other(track.role)}`")
+    attacker, defender = ([score.policy], None) if track.role == "attacker" else (None, [score.policy])
+    return attacker, defender, track.venue.preset
+
+
+def _keep(entry: Path, judgement: Judgement, known: Sequence[Contestant], responses: Responses) -> None:
+    """Keep the best of all that played for the entry's board."""
+    names = {each.name: ("known", each.reference) for each in known}
+    names |= {f"{each.oracle}, seed {each.seed}": (each.oracle, each.reference) for each in responses.found}
+    by, reference = names[judgement.best]
+    score, pay = entry_at(entry), judgement.pay
+    assert pay.low is not None
+    assert pay.high is not None
+    kept = Exploit(
+        policy=score.policy,
+        sources=score.sources,
+        by=by,
+        response="" if by != "known" and is_trained(reference) else reference,  # a network that lies in `--out`
+        pay=round(pay.mean, 4),
+        low=round(pay.low, 4),
+        high=round(pay.high, 4),
+        episodes=pay.episodes,
+        command=describe()["command"],
+    )
+    _note(f"On the board: {keep_exploit(entry, kept)}")
 
 
 def _note(line: str) -> None:

@@ -10,16 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from cps_agents.errors import CommandError
+from cps_agents.scoring.exploits import Exploit, read_exploits
 from cps_agents.scoring.score import SEEDS, Score
 from cps_agents.scoring.verify import read_score
 from cps_agents.sheet import Sheet
 from cps_baselines.tracks import Track, tracks
+from cps_envs.core.types import BoolArray, FloatArray
 
 FOLDER = Path(__file__).parents[3] / "leaderboard" / "v1"  # of a clone; an installed package has none
-HEAD = ("policy", "rank", "score", "±", "worst opponent", "kind")
+HEAD = ("policy", "rank", "score", "±", "worst opponent", "best response", "kind")
 FRONT = ("track", "best rules", "best searched", "best network", "told")
 NONE_YET = "none yet"
+NOT_SEARCHED = "-"  # for a best response
 HALVINGS = 200  # of the episodes, at random
+SURE = 1.96  # standard errors of a difference that is no chance
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,7 @@ class BoardEntry:
     name: str  # of the file
     score: Score
     rank: int  # entries that are not surely different share one; 0: told, without a rank
+    exploit: Exploit | None = None  # None: nobody has looked for one
 
 
 def entries(track: Track, folder: Path | None = None) -> dict[str, Score]:
@@ -51,51 +56,65 @@ def board(track: Track, folder: Path | None = None) -> list[BoardEntry]:
     rows: list[BoardEntry] = []
     leader: Score | None = None  # of the present rank
     ranked = rank = 0
+    exploits = read_exploits(folder or FOLDER).get(track.name, {})
     for name, score in entries(track, folder).items():
+        found = exploits.get(name)
+        exploit = found if found is not None and found.fits(score) else None
         if not score.kind.ranked:
-            rows.append(BoardEntry(name, score, 0))
+            rows.append(BoardEntry(name, score, 0, exploit))
             continue
         ranked += 1
         if leader is None or leader.minus(score).excludes_zero:
             leader, rank = score, ranked
-        rows.append(BoardEntry(name, score, rank))
+        rows.append(BoardEntry(name, score, rank, exploit))
     return rows
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How alike two disjoint halves of the episodes rank the entries above 0: Kendall's tau, mean over `HALVINGS`."""
+    """How alike two disjoint halves of the episodes rank the entries above 0: Kendall's tau, mean over `HALVINGS`.
+
+    `by_rank` is tau-b: entries share a rank in a half where their difference there, in pairs, may be chance. `by_mean`
+    also counts the order of such entries.
+    """
 
     entries: int
-    every_pair: float
-    ranked_apart: float  # without the pairs that share a rank
+    by_rank: float
+    by_mean: float
 
     def __str__(self) -> str:
         return (
-            f"Two halves of the episodes order the {self.entries} entries above 0 alike: tau {self.every_pair:.2f}, "
-            f"without pairs that share a rank {self.ranked_apart:.2f}."
+            f"Two halves of the episodes rank the {self.entries} entries above 0 alike: tau-b {self.by_rank:.2f}. "
+            f"Entries that a half cannot tell apart share a rank there; without shared ranks tau is {self.by_mean:.2f}."
         )
 
 
 def agreement(rows: Sequence[BoardEntry]) -> Agreement | None:
     """How alike two halves of the episodes rank a board; None where fewer than two ranks are above 0."""
     above = [row for row in rows if row.rank and row.score.estimate.mean > 0]
-    pairs = np.array(list(combinations(range(len(above)), 2))).reshape(-1, 2)
-    apart = np.array([above[one].rank != above[two].rank for one, two in pairs], bool)
-    if not apart.any():
+    if len({row.rank for row in above}) < 2:
         return None
+    pairs = np.array(list(combinations(range(len(above)), 2)))
     every = [[values.ravel() for values in row.score.strata] for row in above]  # training seeds divide the episodes
     count = min(len(values) for strata in every for values in strata)
     paid = np.array([[values[:count] for values in strata] for strata in every])  # (entries, opponents, episodes)
-    generator, alike = np.random.default_rng(0), []
+    differences = paid[pairs[:, 0]] - paid[pairs[:, 1]]
+    generator, by_rank, by_mean = np.random.default_rng(0), [], []
     for _ in range(HALVINGS):
-        mixed = generator.permuted(np.broadcast_to(np.arange(count), paid.shape[1:]), axis=1)
-        halves = (mixed[np.newaxis, :, : count // 2], mixed[np.newaxis, :, count // 2 :])
-        means = (np.take_along_axis(paid, half, axis=2).mean(axis=(1, 2)) for half in halves)
-        first, second = (np.sign(each[pairs[:, 0]] - each[pairs[:, 1]]) for each in means)
-        alike.append(first * second)
-    taus = np.mean(alike, axis=0)
-    return Agreement(len(above), float(taus.mean()), float(taus[apart].mean()))
+        mixed = generator.permuted(np.broadcast_to(np.arange(count), paid.shape[1:]), axis=1)[np.newaxis]
+        halves = (mixed[:, :, : count // 2], mixed[:, :, count // 2 :])
+        (one, sure), (two, surely) = (_order(np.take_along_axis(differences, half, axis=2)) for half in halves)
+        told_apart = np.sqrt(sure.sum() * surely.sum())
+        by_rank.append((one * two)[sure & surely].sum() / told_apart if told_apart else np.nan)
+        by_mean.append((one * two).mean())
+    return Agreement(len(above), float(np.nanmean(by_rank)), float(np.mean(by_mean)))
+
+
+def _order(differences: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Of pairs with differences (pairs, opponents, episodes): who is better, 1 or -1, and whether that is no chance."""
+    mean = differences.mean(axis=(1, 2))
+    error = np.sqrt((differences.var(axis=2, ddof=1) / differences.shape[2]).sum(axis=1)) / differences.shape[1]
+    return np.sign(mean), np.abs(mean) > SURE * error
 
 
 def rank_line(score: Score, folder: Path | None = None) -> str:
@@ -122,6 +141,7 @@ def table(track: Track, rows: Sequence[BoardEntry]) -> Sheet:
                 f"{row.score.estimate.mean:.1f}",
                 f"{row.score.half_width:.1f}",
                 f"{found[worst]:.0f} ({worst})",
+                str(row.exploit or NOT_SEARCHED),
                 kind_text(row.score),
             )
         )
