@@ -72,6 +72,13 @@ def test_readings_that_were_tried_are_judged_as_their_claims_are() -> None:
     assert len(tried_data(seen)["every_other"]) == 30
 
 
+@pytest.mark.parametrize(("interpretation", "count"), [("S0", 4), ("S1", 2), ("S2", 2)])
+def test_the_heuristic_is_repeated_after_whole_integration_steps(interpretation: str, count: int) -> None:
+    seen = DisbandingEvidence().under(interpretation)
+    played = [each for each in tried(seen) if isinstance(each, PlayedScenario)]
+    assert len({each.config.control_period_s for each in played}) == count
+
+
 @pytest.mark.parametrize(("count", "share"), [(8, 55.0), (10, 54.0)])
 def test_disbanded_platoons_from_the_19th_on(count: int, share: float) -> None:
     outcome = disbanded(DisbandingEvidence(), count, 19, 0.2).run()

@@ -5,10 +5,12 @@ The more are tried, the likelier one fits by chance. So they stand beside the cl
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Any
 
+from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_paper.disbanding.experiments import ATTACK_S, CELLS, STRINGS, DisbandingEvidence
 from cps_paper.disbanding.played import PlayedScenario
 from cps_paper.disbanding.rules import CLAIMS
@@ -17,9 +19,15 @@ from cps_paper.evidence import Experiment
 from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.verdicts import REPRODUCED, of_cases, of_number
 
-PERIODS_S = (0.01, 0.02, 0.05, 0.1)  # after which the heuristic is repeated; the first is an integration step
+PERIODS_S = (0.01, 0.02, 0.05, 0.1)  # after which the heuristic is repeated
 COUNTS, FIRSTS, TAUS_S = (6, 7, 8, 9, 10), (20, 19), (0.1, 0.2, 0.3)  # disbanded platoons, the first of them
 APART_S, DURATION_S = 30.0, 600.0  # of every other platoon, Fig. 2.1e
+
+
+def periods_s(evidence: DisbandingEvidence) -> list[float]:
+    """The periods that are whole integration steps of the interpretation."""
+    step_s = INTERPRETATIONS[evidence.experiments.interpretation].dt_s
+    return [period_s for period_s in PERIODS_S if math.isclose(period_s / step_s, round(period_s / step_s))]
 
 
 def repeated(evidence: DisbandingEvidence, period_s: float) -> list[PlayedScenario]:
@@ -45,7 +53,7 @@ def combinations() -> list[tuple[int, int, float]]:
 
 def tried(evidence: DisbandingEvidence) -> list[Experiment[Any]]:
     """All of it."""
-    first = [each for period_s in PERIODS_S for each in repeated(evidence, period_s)]
+    first = [each for period_s in periods_s(evidence) for each in repeated(evidence, period_s)]
     return [*first, *(disbanded(evidence, *each) for each in combinations())]
 
 
@@ -67,6 +75,7 @@ def verdict_of_count(evidence: DisbandingEvidence, each: tuple[int, int, float])
 
 def tried_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     """Both as tables of text."""
+    lengths_s = periods_s(evidence)
     periods = (
         Column("repeated every", lambda period_s: period_s, "{:g} s"),
         *(Column(f"{gap_m:g} m, {tau_s:g} s", _collided(evidence, k)) for k, (gap_m, tau_s) in enumerate(CELLS)),
@@ -82,7 +91,7 @@ def tried_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     )
     return [
         ExhibitTable(
-            f"P31, {len(PERIODS_S)} periods tried: vehicles that collide under the heuristic", periods, PERIODS_S
+            f"P31, {len(lengths_s)} periods tried: vehicles that collide under the heuristic", periods, lengths_s
         ),
         ExhibitTable(f"P20, {len(combinations())} combinations tried", counts, combinations(), (_note(evidence),)),
     ]
@@ -114,7 +123,7 @@ def tried_data(evidence: DisbandingEvidence) -> dict[str, Any]:
     return {
         "heuristic_periods": [
             {"period_s": each, "collided": collided(evidence, each), "P31": verdict_of_period(evidence, each)}
-            for each in PERIODS_S
+            for each in periods_s(evidence)
         ],
         "every_other": [
             {
