@@ -18,6 +18,7 @@ from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.noise import noise
 from cps_envs.rogue.payoff import Metrics, measure
 from cps_envs.rogue.problem import ROGUE
+from cps_envs.rogue.state import NEVER
 from tests import episodes
 
 NOISELESS = {"range_noise_m": 0.0, "range_rate_noise_mps": 0.0, "acceleration_noise_mps2": 0.0}
@@ -217,6 +218,26 @@ def test_the_noise_of_each_reading_has_a_number_of_its_own() -> None:
         expected = drawn(field.partition("_")[2], *(1_000_000 + 6 * i + place for i in sides))
         difference = (noisy_rows[field] - exact_rows[field])[0][[seats.index(i) for i in sides]]
         assert difference == pytest.approx(expected, abs=1e-4), field
+
+
+@pytest.mark.parametrize(("vehicles", "share"), [(5, 1.0), ((4, 8), 0.5)])
+def test_a_start_is_drawn_as_it_is_written(vehicles: Any, share: float) -> None:
+    """Number by number with NumPy. Counts and attacks that are certain take no draw."""
+    config = ROGUE.config("easy", {"num_vehicles": vehicles, "attacker_index": (1, 3), "attack_share": share})
+    game, (generator, own) = RogueGame(config, 1), (np.random.default_rng(7) for _ in range(2))
+    game.reset(np.ones(1, bool), [generator])
+    count = 5 if vehicles == 5 else own.integers(4, 9)
+    attacker, shares, word = own.integers(1, 4) - 1, own.random(5), own.bit_generator.random_raw()
+    spacing, speed = own.random((2, config.max_vehicles))
+    attacked = share == 1 or own.random() < share
+    assert generator.bit_generator.state == own.bit_generator.state
+    drawn, state = game.drawn[0], game.state
+    assert (drawn["num_vehicles"], drawn["attacker"]) == (count, attacker)
+    assert drawn["reference_speed_mps"] == pytest.approx(20 + 10 * shares[3])
+    assert drawn["noise_seed"] == np.uint64(word).astype(np.int64)
+    assert (drawn["onset_step"] < NEVER) == attacked
+    assert state.speed[0, :count] == pytest.approx(drawn["reference_speed_mps"] + 0.2 * (2 * speed - 1)[:count])
+    assert np.diff(state.position[0, :count]) == pytest.approx(9 + 0.5 * (2 * spacing - 1)[1:count])
 
 
 def test_an_episode_begins_in_a_perturbed_row_with_nothing_counted() -> None:

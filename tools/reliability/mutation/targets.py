@@ -141,6 +141,7 @@ SEEN_ROGUE = _of(
 STARTED_ROGUE = _of(
     "tests/rogue/test_game.py",
     "an_episode_begins_in_a_perturbed_row_with_nothing_counted",
+    "a_start_is_drawn_as_it_is_written",
     "learning_draws_within_its_ranges",
     "the_attacker_sees_its_own_surroundings",
 )
