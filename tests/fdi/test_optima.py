@@ -84,7 +84,7 @@ def test_shipped_values_do_not_fall_with_more_sensors(config: FdiConfig) -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["paper", "clip", "C"])
+@pytest.mark.parametrize("name", SHIPPED)
 def test_20_000_moves_from_a_shipped_plan_improve_none(name: str) -> None:
     for record in known(SHIPPED[name]).values():
         if record.injections is not None and record.value_mps is not None and not record.closed:
