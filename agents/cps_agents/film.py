@@ -202,7 +202,8 @@ def _screen(renderer: Renderer) -> Iterator[Callable[[], None]]:
 def _drawing(film: Film, problem: Problem, game: Game) -> Camera:
     found = recording_viewer(problem, game.config)
     if found is None:
-        raise CommandError(f"{problem.name!r} is not drawn in lines: use --render FILE.png")
+        problem.make_viewer(game.config)  # which says so where there is none
+        raise CommandError(f"the viewer of {problem.name!r} draws pixels only: use --render FILE.png")
     viewer, recorder = found
     renderer = Renderer(problem, game, viewer)
 
