@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
@@ -17,6 +18,8 @@ import pytest
 
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_at, alone_in
+from cps_agents.scoring.board import FOLDER
+from cps_agents.scoring.verify import read_score
 from cps_baselines.interruption import Ended, ending, exit_code
 from tests.agents.command_line import invoke
 
@@ -272,3 +275,20 @@ def test_a_lock_is_free_after_an_error_and_may_be_waited_for(tmp_path: Path) -> 
         raise RuntimeError("inside")
     with alone_at(path):
         pass
+
+
+@pytest.mark.parametrize("full", ["cps_agents.commands.score._show", "pathlib.Path.write_text"])
+def test_a_full_disk_loses_no_score(full: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry, path = FOLDER / "rogue-attack" / "square.json", tmp_path / "mine.json"
+    played = read_score(entry)
+
+    def no_room(*arguments: Any, **options: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("cps_agents.commands.score.score", lambda *arguments, **options: played)
+    monkeypatch.setattr(full, no_room)
+    result = invoke("score", "rogue-attack", "square", "--out", str(path))
+    assert result.exit_code == 2
+    assert "No space left on device" in result.stderr
+    printed, kept = played.line in result.stdout, path.is_file() and path.read_bytes() == entry.read_bytes()
+    assert (printed, kept) == ((False, True) if full.endswith("_show") else (True, False))

@@ -54,16 +54,19 @@ def score_policy(
     found = find_track(track)
     total = found.episodes * len(found.panel) // (8 if dev else 1)
     made = Kind(kind or "searched", numbers) if kind or numbers else None
-    with nullcontext() if to is None else replacing(to) as draft:  # a file that cannot be written is refused at once
-        with Progress("episodes", total) as progress:
-            scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)
-            progress.update(total)
-        if as_json:
+    scored: Score | None = None
+    try:
+        with nullcontext() if to is None else replacing(to) as draft:  # refused at once if it cannot be written
+            with Progress("episodes", total) as progress:
+                scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)
+                progress.update(total)
+            if draft is not None:
+                draft.write_text(to_json(scored.to_json()) + "\n", encoding="utf-8", newline="\n")
+    finally:  # what was played is printed, also where the disk is full
+        if scored is not None and as_json:
             print_json(scored.to_json())
-        else:
+        elif scored is not None:
             _show(scored)
-        if draft is not None:
-            draft.write_text(to_json(scored.to_json()) + "\n", encoding="utf-8", newline="\n")
     if to is not None:
         err().print(f"Written: {to}", soft_wrap=True)
 
