@@ -17,13 +17,13 @@ import torch
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.checkpoint import arrays_of, restore
+from cps_agents.learning.copies import Copies
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.learner import learn
 from cps_agents.learning.ppo import Learner, LearningProgress
 from cps_agents.learning.recipe import Recipe, changed
 from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.shared import make_envs, make_learner
-from cps_agents.learning.twins import Twins
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.recipes.learning import OWN, learning_recipe
 from cps_agents.zoo.files import load
@@ -69,27 +69,28 @@ def test_dials_are_moved_by_noise_that_is_held() -> None:
     np.testing.assert_allclose(learner.network.outputs(rows).detach(), 0.5, atol=0.1)
 
 
-def test_of_two_like_episodes_the_better_one_is_followed() -> None:
-    learner = make_learner(recipe_of("attacker", twins=True), 0)
-    assert isinstance(learner, Twins)
+@pytest.mark.parametrize("copies", [2, 4])
+def test_of_like_episodes_the_better_ones_are_followed(copies: int) -> None:
+    learner = make_learner(recipe_of("attacker", copies=copies), 0)
+    assert isinstance(learner, Copies)
     learner.start()
     shown = learner.collect()
     assert shown.ended[-1].all()
     advantages, _ = learner.credit(shown)
-    returns = shown.rewards.sum(axis=0).reshape(2, -1)
+    returns = shown.rewards.sum(axis=0).reshape(copies, -1)
     np.testing.assert_allclose(advantages[0], (returns - returns.mean(axis=0)).reshape(-1), atol=1e-5)
     assert (advantages == advantages[0]).all()
     learner.learn()
     assert learner.progress().training_return > 0.5 * BEST
 
 
-def test_twins_need_pairs() -> None:
-    with pytest.raises(CommandError, match="paired"):
-        Twins(make_envs(recipe_of("attacker"), 0), Recipe(total_steps=1))
+def test_copies_are_at_least_two() -> None:
+    with pytest.raises(CommandError, match="copies"):
+        Copies(make_envs(recipe_of("attacker"), 0), Recipe(total_steps=1))
 
 
 def test_noise_for_an_episode_needs_pairs_and_a_box() -> None:
-    with pytest.raises(CommandError, match="paired"):
+    with pytest.raises(CommandError, match="copies"):
         EpisodeNoise(make_envs(recipe_of("defender"), 0), Recipe(total_steps=1))
     with pytest.raises(CommandError, match="continuous"):
         make_learner(recipe_of("attacker", episode_noise=True), 0)
@@ -264,7 +265,7 @@ PLAYED = [
 
 @pytest.mark.parametrize(("problem", "role", "options"), PLAYED)
 def test_a_played_policy_sees_and_does_what_it_did_in_training(problem: Any, role: Role, options: Any) -> None:
-    envs = LearningVectorEnv(problem, role, 8, paired=True, **options)
+    envs = LearningVectorEnv(problem, role, 8, copies=2, **options)
     learner = Learner(envs, Recipe(total_steps=1), seed=3)
     with torch.no_grad():
         learner.network.policy[-1].weight.normal_(generator=learner.generator)

@@ -142,12 +142,12 @@ def test_a_power_of_the_pay_adds_up_to_that_power() -> None:
     np.testing.assert_allclose(total, np.sqrt(1 + paid) - 1)
 
 
-def test_paired_episodes_are_the_same_until_their_actions_differ() -> None:
-    envs = attack(4, paired=True)
+def test_copies_of_an_episode_are_the_same_until_their_actions_differ() -> None:
+    envs = attack(4, copies=2)
     envs.reset(seed=0)
     np.testing.assert_array_equal(envs.game.intruder[:2], envs.game.intruder[2:])
-    with pytest.raises(ConfigurationError, match="even"):
-        attack(3, paired=True)
+    with pytest.raises(ConfigurationError, match="a multiple of copies = 2"):
+        attack(3, copies=2)
 
 
 def test_nonsense_is_refused() -> None:

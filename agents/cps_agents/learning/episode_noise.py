@@ -25,16 +25,16 @@ ADVANTAGE_CLIP = 3.0  # deviations, chosen
 
 
 class EpisodeNoise(Learner):
-    """Plays all episodes from start to end, then takes one step; it needs `paired` environments and a Box."""
+    """Plays all episodes from start to end, then takes one step; it needs two copies of each and a Box."""
 
     def __init__(self, envs: LearningVectorEnv, recipe: Recipe, seed: int = 0) -> None:
         """See `Learner`.
 
         Raises:
-            CommandError: environments that are not paired, or actions that are not continuous.
+            CommandError: environments without two copies of each episode, or actions that are not continuous.
         """
-        if not envs.paired or not isinstance(envs.single_action_space, spaces.Box):
-            raise CommandError("noise that is held for an episode needs paired environments and continuous actions")
+        if envs.copies != 2 or not isinstance(envs.single_action_space, spaces.Box):
+            raise CommandError("noise that is held for an episode needs two copies of each and continuous actions")
         super().__init__(envs, recipe, seed)
 
     def make_optimizer(self) -> torch.optim.Optimizer:

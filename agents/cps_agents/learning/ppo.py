@@ -107,7 +107,7 @@ class Learner:
         """Start all episodes, whose seeds follow from the number of updates."""
         self.rows, _ = self.envs.reset(options={"start": self.updates // self.restart_every})
         self.discounted = np.zeros(self.envs.num_envs)
-        self.begun = np.full(self.envs.num_envs, self.envs.paired)  # rows whose episode has been played from its start
+        self.begun = np.full(self.envs.num_envs, self.envs.copies > 1)  # rows whose episode began with them
 
     def improve(self, falling: float) -> None:
         """Collect decisions of all episodes, and learn from them."""

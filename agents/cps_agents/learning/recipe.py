@@ -92,7 +92,7 @@ class Recipe:
     value_warm_up: int = 0  # updates of the value alone before the policy that learning begins with may change
     target_kl: float = 0.0  # an update ends beyond it, from the second epoch on; 0: never
     max_grad_norm: float = 0.5
-    twins: bool = False  # play every episode twice, and learn from the difference, see `learning.twins`
+    copies: int = 1  # above 1 every episode is played so often, and what differs is learned from, see `learning.copies`
     episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`
     bias_learning_rate: float = 0.08  # of the last layer's bias, with `episode_noise`
 
@@ -104,7 +104,10 @@ class Recipe:
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
             raise CommandError(f"there is no algorithm {self.algorithm!r}. {near(self.algorithm, ALGORITHMS)}")
-        counts = ("hold", "total_steps", "num_envs", "steps_per_update", "batch_size", "epochs", "evaluation_episodes")
+        counts = (
+            *("hold", "total_steps", "num_envs", "copies"),
+            *("steps_per_update", "batch_size", "epochs", "evaluation_episodes"),
+        )
         for name in counts:
             if getattr(self, name) < 1:
                 raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")

@@ -18,12 +18,12 @@ import numpy as np
 from cps_agents.console import to_json
 from cps_agents.files import write_text
 from cps_agents.learning.checkpoint import damaged, read_arrays, restore, write_checkpoint
+from cps_agents.learning.copies import Copies
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.ppo import Learner, LearningProgress
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Report, Run, TrainingJob, recording
 from cps_agents.learning.tracking import RunTracker
-from cps_agents.learning.twins import Twins
 from cps_agents.learning.warm_start import read_start
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
@@ -76,7 +76,7 @@ def make_learner(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None =
     """
     start = read_start(recipe)
     envs = make_envs(recipe, seed, arrays, None if start is None else start.scaling)
-    kind = EpisodeNoise if recipe.episode_noise else Twins if recipe.twins else Learner
+    kind = EpisodeNoise if recipe.episode_noise else Copies if recipe.copies > 1 else Learner
     learner = kind(envs, recipe, seed)
     if start is not None:
         start.put(learner.network)
@@ -107,7 +107,7 @@ def make_envs(
         initial_deviation=recipe.initial_deviation,
         pay_power=recipe.pay_power,
         relative=recipe.relative,
-        paired=recipe.episode_noise or recipe.twins,
+        copies=2 if recipe.episode_noise else recipe.copies,
         scaling=scaling,
         **recipe.overrides,
     )

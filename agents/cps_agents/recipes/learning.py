@@ -22,7 +22,7 @@ KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
     },
 }
 STEPS: Mapping[tuple[str, Role], int] = {  # chosen: some two CPU minutes on the machine that they were measured on
-    ("disbanding", "attacker"): 450_000,
+    ("disbanding", "attacker"): 800_000,
     ("disbanding", "defender"): 2_400_000,
     ("fdi", "attacker"): 4_000_000,
     ("fdi", "defender"): 1_000_000,
@@ -65,22 +65,26 @@ ROGUE_ATTACKERS = mixture(
     }
 )
 
+# Defenders that a disbanding attacker meets in training. A jam before the first attack deceives those who need the
+# broadcast, one after it `string`, which also detects. `mpc` is left for judging.
+DISBANDING_DEFENDERS = (
+    *("string?detection_mps=0", "string", "string?form=local"),
+    *("heuristic", "cacc?told=broadcast", "feedback"),
+)
+
 # What a role needs beside the settings that every library is told, and how long it learns.
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
-    # Four or five decisions in an episode, and what is drawn in it decides the most. A jam before the first attack
-    # deceives defenders who need the broadcast, one after it `string`, which also detects. `mpc` is for judging.
+    # Four or five decisions in an episode, and what is drawn in it decides the most.
     ("disbanding", "attacker"): {
-        "opponent": mixture(
-            {"string?detection_mps=0": 2, "string": 1, "heuristic": 1, "cacc?told=broadcast": 1, "feedback": 1}
-        ),
-        "twins": True,
+        "opponent": mixture(dict.fromkeys(DISBANDING_DEFENDERS, 1)),
+        "copies": 4,
         "num_envs": 48,
         "batch_size": 128,
         "epochs": 4,
         "target_kl": 0.05,
-        "entropy_bonus": 0.01,
-        "evaluations": 2,
-        "evaluation_episodes": 96,
+        "entropy_bonus": 0.03,
+        "evaluations": 3,
+        "evaluation_episodes": 144,
     },
     ("disbanding", "defender"): {  # what one platoon does for a while hardly shows: noise that lasts, and renewed plans
         "adapter": "follow",

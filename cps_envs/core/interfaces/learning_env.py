@@ -69,15 +69,15 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         pay_power: float | None = None,
         relative: bool | None = None,
         scaling: Scaling | None = None,
-        paired: bool = False,
+        copies: int = 1,
         num_threads: int = 1,
         **overrides: Any,
     ) -> None:
         """What is left out is as `problem.training` says.
 
         `scaling` is mean and deviation of the inputs of a network that is to go on learning; else they are measured.
-        `paired` episodes b and b + num_envs / 2 begin with equal generators, and all episodes at the same time: for
-        learners that play an episode twice, with opposite noise.
+        With `copies` above 1, episodes b, b + num_envs / copies, ... begin with equal generators, and all at the same
+        time: for learners that play an episode several times.
 
         Raises:
             ConfigurationError: a value that cannot be right.
@@ -94,9 +94,9 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self.game = self._match.game
         self.game.use_threads(check_count("num_threads", num_threads))
         self._run = _number("seed", seed)
-        self.paired, self._start = paired, 0
-        if paired and self.episodes % 2:
-            raise ConfigurationError(f"num_envs = {self.episodes} must be even where episodes are paired")
+        self.copies, self._start = check_count("copies", copies), 0
+        if self.episodes % self.copies:
+            raise ConfigurationError(f"num_envs = {self.episodes} must be a multiple of copies = {self.copies}")
         self.outside = Outside(self.game, role, self.training.adapter)
         self._beside: Beside | None = None
         if self.training.relative:
@@ -154,7 +154,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             self._run = _number("seed", seed[0] if isinstance(seed, Sequence) else seed)
         self._start = _number("start", (options or {}).get("start", 0))
         self._begin()
-        if not self.paired:
+        if self.copies == 1:
             for _ in self._stagger():
                 pass
         self._clear(self._everyone)
@@ -209,7 +209,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         return self._player.rows().reshape(self.num_envs, -1)
 
     def _begin(self) -> None:
-        first, count = training_seed(self._run), self.episodes // 2 if self.paired else self.episodes
+        first, count = training_seed(self._run), self.episodes // self.copies
         places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
         self._generators = seeded([first + place for place in places.tolist()])
         self._reset(self._everyone)

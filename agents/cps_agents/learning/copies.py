@@ -1,7 +1,7 @@
-"""PPO in which every episode is played twice: for roles with few decisions, whose pay depends most on what is drawn.
+"""PPO in which every episode is played several times: for roles with few decisions, whose pay depends on what is drawn.
 
-Both episodes have the same circumstances. What one is paid more than the other counts for each of its decisions, so
-nothing has to be known of what an episode is worth. It is the advantage of GRPO (Shao et al. 2024) in groups of two.
+These episodes have the same circumstances. What one is paid more than their mean counts for each of its decisions, so
+nothing has to be known of what an episode is worth. It is the advantage of GRPO (Shao et al. 2024).
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, Observation
 
 
-class Twins(Learner):
-    """Plays all episodes from start to end, and learns from each pair's difference; it needs `paired` environments."""
+class Copies(Learner):
+    """Plays all episodes from start to end, and learns from how they differ; environments have at least two copies."""
 
     def __init__(self, envs: LearningVectorEnv, recipe: Recipe, seed: int = 0) -> None:
         """See `Learner`.
 
         Raises:
-            CommandError: environments that are not paired.
+            CommandError: environments that play each episode once.
         """
-        if not envs.paired:
-            raise CommandError("twins need paired environments")
+        if envs.copies == 1:
+            raise CommandError("this learner needs environments with at least two copies of each episode")
         super().__init__(envs, replace(recipe, steps_per_update=envs.decisions), seed)
 
     @property
@@ -36,9 +36,9 @@ class Twins(Learner):
         return 1
 
     def credit(self, played: Experience) -> tuple[Observation, Observation]:
-        """Half of what a row is paid more than its twin, for each of its decisions (T, N); no values."""
+        """What a row is paid more than the mean of its copies, for each of its decisions (T, N); no values."""
         first: BoolArray = np.cumsum(played.ended, axis=0) - played.ended == 0  # until the first episode's end
-        pairs = np.where(first, played.rewards, 0.0).sum(axis=0).reshape(2, -1)
-        better = (pairs - pairs.mean(axis=0)).reshape(-1)
+        paid = np.where(first, played.rewards, 0.0).sum(axis=0).reshape(self.envs.copies, -1)
+        better = (paid - paid.mean(axis=0)).reshape(-1)
         advantages = np.where(first, better, 0.0).astype(np.float32)
         return advantages, np.zeros_like(advantages)
