@@ -22,12 +22,15 @@ from cps_paper.evidence import Evidence, NotRunError, compute
 from cps_paper.exhibit import Column, Exhibit, ExhibitTable, places, with_properties
 from cps_paper.verdicts import (
     ABSOLUTE,
+    BELOW,
+    FACTOR,
     MATCH,
     MISS,
     NEAR,
     NOT,
     PARTLY,
     REPRODUCED,
+    SHARE,
     UNKNOWN,
     Check,
     Reference,
@@ -235,6 +238,13 @@ def test_rule_of_numbers(ours: float | None, paper: float, verdict: str) -> None
 )
 def test_rule_of_cases(hold: str, verdict: str) -> None:
     assert of_cases([case == "1" for case in hold]) == verdict
+
+
+@pytest.mark.parametrize(
+    ("kind", "shown"), [(SHARE, "5 %"), (ABSOLUTE, "0.05"), (BELOW, "0.05"), (FACTOR, "factor 0.05")]
+)
+def test_a_tolerance_is_shown_with_its_unit(kind: str, shown: str) -> None:
+    assert Tolerance(0.05, kind).shown == shown
 
 
 def test_numbers_are_joined() -> None:

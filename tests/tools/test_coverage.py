@@ -66,6 +66,7 @@ def test_the_command_writes_and_refuses(tmp_path: Path, monkeypatch: pytest.Monk
     result = invoke(*command, "--quick", program=tool)
     assert result.exit_code == 0, result.output
     assert "a title: a note." in result.stdout
+    assert all(text in result.stdout for text in ("holds the truth", "length", "2.000"))
     assert "no results" in result.stderr
     for wrong, message in ((["--quick", "--publish"], "leave out --publish"), (["--publish"], "no folder docs")):
         refused = invoke(*command, *wrong, program=tool)

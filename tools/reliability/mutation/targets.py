@@ -150,12 +150,16 @@ EXPLOITED = _of(
     "gains_over_a_league_count_both_intervals",
     "validation_chooses_the_best_of_all_and_fresh_episodes_judge_it",
 )
-VERDICTS = _of(
-    "tests/baselines/test_exhibit.py",
-    "what_left_the_reference_fails_unless_it_always_was_outside",
-    "near_is_twice_the_tolerance",
-    "rule_of_numbers",
-    "rule_of_cases",
+VERDICTS = (
+    *_of(
+        "tests/baselines/test_exhibit.py",
+        "what_left_the_reference_fails_unless_it_always_was_outside",
+        "near_is_twice_the_tolerance",
+        "rule_of_numbers",
+        "rule_of_cases",
+        "a_tolerance_is_shown_with_its_unit",
+    ),
+    *_of("tests/disbanding/test_reproduction.py", "recovery_is_for_good_and_by_both_shares"),
 )
 TARGETS = (
     Target("cps_envs/core/match.py", _core(*CORE), 40),
@@ -199,5 +203,9 @@ TARGETS = (
     Target("agents/cps_agents/league/exploitability.py", EXPLOITED, FEW),
     Target("agents/cps_agents/scoring/score.py", ("tests/agents/test_scoring.py",), FEW),
     Target("paper/cps_paper/verdicts.py", VERDICTS, FEW),
-    Target("tools/coverage/simulation.py", _of("tests/tools/test_coverage.py", "intervals_are_counted_by_side"), FEW),
+    Target(
+        "tools/coverage/simulation.py",
+        _of("tests/tools/test_coverage.py", "intervals_are_counted_by_side", "the_command_writes_and_refuses"),
+        FEW,
+    ),
 )
