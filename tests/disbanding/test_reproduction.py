@@ -259,6 +259,7 @@ def test_recovery_is_for_good_and_by_both_shares() -> None:
     assert recovery_s(time_s, deviations[::-1] + 0.06) is None
     assert recovery_s(time_s, 0.0 * deviations) == 0.0
     assert deviation(np.array([[11.0, 5.0]]), np.array([10.0, 5.1]), np.array([10.0, 1.0])) == pytest.approx([0.1])
+    assert deviation(np.ones((2, 3, 4)), np.zeros(4), 1.0).shape == (2, 3)
     assert [of_recovery_time(same, 60.0, 60.0) for same in (62.0, 65.0, 89.0, None)] == [
         REPRODUCED,
         NEAR,
