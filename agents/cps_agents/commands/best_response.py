@@ -145,7 +145,7 @@ def _keep(entry: Path, judgement: Judgement, known: Sequence[Contestant], respon
         low=round(pay.low, 4),
         high=round(pay.high, 4),
         episodes=pay.episodes,
-        command=describe()["command"],
+        cpu_s=responses.cpu_s,
     )
     _note(f"On the board: {keep_exploit(entry, kept)}")
 
