@@ -38,6 +38,7 @@ ATTACK = Training(
     pay_power=0.5,
     practised={"compromised_weights": (0.0, 0.1, 0.4, 0.5)},
     num_envs=128,
+    total_timesteps=500_000,
     ppo={
         "n_steps": 48,
         "batch_size": 512,

@@ -34,6 +34,7 @@ def learnability(
     budget: Annotated[float, typer.Option(min=1, metavar="SECONDS", help="Train each seed for this CPU time.")] = 120.0,
     episodes: Annotated[int, typer.Option(min=0, help="Judge on so many episodes; 0: what a role needs.")] = 0,
     held_out: Annotated[bool, typer.Option(help="Judge against opponents that training does not meet, too.")] = True,
+    rivals: Annotated[bool, typer.Option(help="Judge beside every registered policy, too; takes longest.")] = True,
     shipped: Annotated[bool, typer.Option("--shipped", help="Judge the shipped networks instead of training.")] = False,
     to: Annotated[Path, typer.Option("--out", metavar="DIR", help="Keep models and runs here.")] = Path(
         "runs/learnability"
@@ -63,7 +64,8 @@ def learnability(
     with Progress("roles judged", len(questions)) as progress:
         for place, (each, rival) in enumerate(questions):
             progress.update(place, f"{each.name} {rival}")
-            (unmet if rival else usual).append(judge(each, store, workers, opponent=rival, episodes=episodes))
+            found = judge(each, store, workers, opponent=rival, episodes=episodes, rivals=rivals)
+            (unmet if rival else usual).append(found)
         progress.update(len(questions))
     if as_json:
         print_json({"usual": to_json(usual), "held_out": to_json(unmet)})

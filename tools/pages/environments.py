@@ -123,7 +123,7 @@ def _snippet(problem: Problem, role: Role) -> str:
 
 def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     """What learners can play the role through, and the settings with which an ordinary one learns."""
-    spec = problem.game(problem.presets["learning"], 1).spec(role)
+    spec, training = problem.game(problem.presets["learning"], 1).spec(role), problem.training.get(role, Training())
     if not spec.adapters:
         return
     yield "## For Learners\n"
@@ -134,10 +134,11 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     yield (
         "```python\nfrom stable_baselines3 import PPO\n\nfrom cps_agents.sb3 import StickyPolicy, make\n\n"
         f'envs = make("{class_name(problem, role)}")\n'
-        "model = PPO(StickyPolicy, envs, **envs.settings)\nmodel.learn(1_000_000)\n```\n"
+        "model = PPO(StickyPolicy, envs, **envs.settings)\n"
+        f"model.learn({training.total_timesteps:_})\n```\n"
     )
     if role in problem.training:
-        yield f"{_settings(problem.training[role])}\n"
+        yield f"{_settings(training)}\n"
     shown: dict[str, str] = {}  # tables of observations, and the adapters below which they stand
     for name in spec.adapters:
         adapter = spec.adapter(name)
@@ -163,7 +164,7 @@ def _action(action: Array) -> str:
 
 def _settings(training: Training) -> str:
     """The training settings that differ from the usual ones, as a table."""
-    usual = Training()
+    usual = Training(total_timesteps=training.total_timesteps)  # stands above
     found = [entry.name for entry in fields(training) if getattr(training, entry.name) != getattr(usual, entry.name)]
     rows = [(f"`{name}`", f"`{getattr(training, name)}`") for name in found]
     return "\n".join(Sheet("", ("Setting", "Value"), rows).markdown())
