@@ -55,7 +55,7 @@ DISBANDING = Problem(
             frame_skip=1800,
             initial_deviation=0.1,
             relative=True,
-            total_timesteps=1_700,
+            total_timesteps=1_500,
             ppo={
                 "n_steps": 1,
                 "batch_size": 64,
