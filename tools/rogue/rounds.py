@@ -81,7 +81,8 @@ def search_attacks(numbers: FloatArray, ratio: float, known: FloatArray, seed: i
 
         def judge(laws: FloatArray, generation: int) -> FloatArray:
             start = first + (1 + generation) * WORLDS
-            return damages(numbers, laws, ratio, range(start, start + WORLDS)).mean(axis=(0, 2))
+            done: FloatArray = damages(numbers, laws, ratio, range(start, start + WORLDS)).mean(axis=(0, 2))
+            return done
 
         length = np.linalg.norm(origin)
         place, spread = (origin * np.sqrt(SIZE) / length, 0.5) if length else (origin, 1.0)
