@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.problem import FDI
@@ -210,6 +211,13 @@ def test_sensors_read_as_they_are_written(chosen: Any) -> None:
     flags = sensors.flags(4, rear=True)
     kinds = zip(("x", "v", "rx", "rv"), chosen, strict=True)
     assert set(flags.nonzero()[0]) == {place(f"{kind}{vehicle}") for kind, part in kinds for vehicle in part}
+
+
+def test_a_rear_sensor_of_either_kind_is_one_and_other_texts_are_refused() -> None:
+    assert [parse_sensors(text, 4).has_rear for text in ("x4", "xv1", "rv2", "rx2+x3")] == [False, False, True, True]
+    for text in ("", "y4", "x", "x4+"):
+        with pytest.raises(ConfigurationError, match="names no sensors"):
+            parse_sensors(text, 4)
 
 
 def test_the_scene_shows_what_the_filter_believes_and_names_rear_sensors() -> None:

@@ -103,6 +103,7 @@ SEEN_FDI = (
 SENSORS_FDI = _of(
     "tests/fdi/test_duel.py",
     "sensors_read_as_they_are_written",
+    "a_rear_sensor_of_either_kind_is_one_and_other_texts_are_refused",
     "vehicles_follow_what_front_and_rear_sensors_tell_them",
 )
 STARTED_FDI = _of(
