@@ -46,7 +46,7 @@ from cps_envs.core.types import Role, other
 AGAINST = "Respond to this {}: its name or zoo:NAME. May be repeated: several are mixed."
 KNOWN = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
 PRESET = "Preset of the environment; default: the one the opponent learned in, or else the recipe's."
-ENTRY = "Respond to this entry of a board, leaderboard/v1/TRACK/NAME.json, in its game, and keep what is found."
+ENTRY = "Respond to this entry of a board, leaderboard/v1/TRACK/NAME.json, in its game; keep what is found."
 LEAST_EPISODES = 16  # for a board
 LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configuration."
 
