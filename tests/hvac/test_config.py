@@ -18,7 +18,7 @@ from cps_envs.hvac.picture.palette import temperature_color
 from cps_envs.hvac.picture.scene import Scene
 from cps_envs.hvac.picture.viewer import HOUSE, HvacViewer
 from cps_envs.hvac.problem import HVAC
-from cps_envs.hvac.sensors import membership, sensor_sets
+from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets
 from cps_envs.hvac.state import Metrics
 from tests.hvac.games import go, started
 
@@ -189,3 +189,15 @@ def test_a_house_is_made_by_its_id() -> None:
     assert env.action_space.n == 9 + 2  # type: ignore[attr-defined]
     observation, _ = env.reset(seed=0)
     assert observation.shape == env.observation_space.shape
+
+
+def test_sets_have_at_most_one_sensor_of_a_zone_and_not_of_all() -> None:
+    config = HVAC.config("paper", {"num_sensors": 8})
+    found = sensor_sets(config)
+    assert len(found) == 3**4 - 1 - 2**4  # none or one of two for each zone; not none, not one for each
+    assert {(1,), (8,), (1, 6, 7)} < set(found)
+    assert not {(1, 5), (1, 2, 3, 4)} & set(found)
+    assert membership(config, ((1, 5), (8,))).astype(int).tolist() == [[1, 0, 0, 0, 1, 0, 0, 0], [0] * 7 + [1]]
+    assert filter_sets(config) == ()
+    learning = HVAC.config("learning", {})
+    assert filter_sets(learning) == (*sensor_sets(learning), (1, 2, 3, 4), ())

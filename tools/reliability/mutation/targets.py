@@ -128,7 +128,11 @@ STARTED_HVAC = _of(
 )
 SENSORS_HVAC = (
     *_of("tests/hvac/test_config.py", "there_are_as_many_sets_as_sensors", "sets_of_sensors_in_a_row_go_round"),
-    *_of("tests/hvac/test_config.py", "too_many_sets_have_to_be_named"),
+    *_of(
+        "tests/hvac/test_config.py",
+        "too_many_sets_have_to_be_named",
+        "sets_have_at_most_one_sensor_of_a_zone_and_not_of_all",
+    ),
     *STARTED_HVAC,
 )
 MOVED_ROGUE = ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")
