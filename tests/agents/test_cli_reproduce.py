@@ -35,7 +35,7 @@ def invoke(chapter: str, *arguments: str) -> Any:
 PRINTED: Mapping[tuple[str, ...], Sequence[str]] = {
     ("ch2", "--table", "2.2"): ("Table 2.2", "29.57", "29.56", "match", "near", "18 of 18", "tuned on the mpc"),
     ("ch3", "--table", "3.1", "--quick"): (
-        "Table 3.1: n = 4, set A, m = 14, highs, 2 s per solve",
+        "Table 3.1: n = 4, set A, m = 14, HiGHS, 2 s per solve",
         "1-2 -1.995",
         "16 (16)",
         "Control rules",
@@ -44,7 +44,7 @@ PRINTED: Mapping[tuple[str, ...], Sequence[str]] = {
         "no count is more than 3 below its goal",
     ),
     ("ch3", "--table", "3.1", "--quick", "--preset-set", "B", "--acceptance", "0.25", "--time-limit", "1"): (
-        "Table 3.1: n = 4, set B, m = 15, highs, 1 s per solve",
+        "Table 3.1: n = 4, set B, m = 15, HiGHS, 1 s per solve",
         "the counts are not judged",
     ),
     ("ch3", "--audit"): (

@@ -257,8 +257,9 @@ def test_halves_of_the_episodes_agree_about_what_is_surely_different(folder: Pat
     better = replace(tracker, pays={"": [paid + 1.0 for paid in tracker.pays[""]]})
     rows = [board.BoardEntry("better", better, 1), board.BoardEntry("a", tracker, 2), board.BoardEntry("b", tracker, 2)]
     alike = board.agreement(rows)
-    assert alike == board.Agreement(3, pytest.approx(2 / 3), 1.0)  # of three pairs one is no order
-    assert str(alike).endswith("tau 0.67, without pairs that share a rank 1.00.")
+    assert alike == board.Agreement(3, 1.0, pytest.approx(2 / 3))  # of three pairs one is no order
+    assert "tau-b 1.00" in str(alike)
+    assert str(alike).endswith("without shared ranks tau is 0.67.")
     assert board.agreement(rows[1:]) is None
     assert board.agreement(rows[:1]) is None
 

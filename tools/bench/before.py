@@ -20,6 +20,11 @@ BEFORE: Mapping[tuple[str, str], Mapping[str, float]] = {
     ("resets", "rogue paper"): {"reset_us": 18.9},
     ("resets", "rogue learning"): {"reset_us": 19.7},
     ("threads", "fdi vector 64"): {"speed_up": 0.27},
+    ("threads", "disbanding vector 64"): {"speed_up": 1.8},
+    ("threads", "disbanding vector 1024"): {"speed_up": 1.95},
+    ("threads", "hvac vector 1024"): {"speed_up": 1.5},
+    ("threads", "rogue vector 64"): {"speed_up": 1.3},
+    ("threads", "rogue vector 1024"): {"speed_up": 1.92},
     ("opponents", "fdi.attacker.usual in learning"): {"times_none_64": 7.35},
     ("opponents", "fdi.attacker.usual in defense"): {"times_none_64": 5.48},
 }

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Any
 
-from cps_envs.disbanding.config import INTERPRETATIONS
+from cps_envs.disbanding.config import DisbandingConfig
 from cps_paper.disbanding.experiments import ATTACK_S, CELLS, STRINGS, DisbandingEvidence
 from cps_paper.disbanding.played import PlayedScenario
 from cps_paper.disbanding.rules import CLAIMS
@@ -26,7 +26,7 @@ APART_S, DURATION_S = 30.0, 600.0  # of every other platoon, Fig. 2.1e
 
 def periods_s(evidence: DisbandingEvidence) -> list[float]:
     """The periods that are whole integration steps of the interpretation."""
-    step_s = INTERPRETATIONS[evidence.experiments.interpretation].dt_s
+    step_s = DisbandingConfig(interpretation=evidence.experiments.interpretation).dynamics.dt_s
     return [period_s for period_s in PERIODS_S if math.isclose(period_s / step_s, round(period_s / step_s))]
 
 
