@@ -20,7 +20,7 @@ import numpy as np
 from gymnasium import spaces
 
 import cps_envs
-from cps_baselines.contest import SearchSpace, Side
+from cps_baselines.searches import Searches, SearchSpace
 from cps_envs.core.config import Range, bounds, quantity, validate
 from cps_envs.core.fields import Field, Fields, encode_row
 from cps_envs.core.forms import declare
@@ -239,9 +239,9 @@ class Doubt(AnalyticPolicy):
 
 
 PLAYERS: Mapping[Role, str] = {"attacker": f"{__name__}:Bias", "defender": f"{__name__}:Doubt"}
-SIDES: Mapping[Role, Side] = {  # numbers that `cps-envs best-response --oracle search` may change, and their ranges
-    "attacker": Side(searches=(SearchSpace("bias", PLAYERS["attacker"], {"rise_s": (1.0, 60.0)}),)),
-    "defender": Side(searches=(SearchSpace("doubt", PLAYERS["defender"], {"threshold_m": (0.0, 0.5)}),)),
+SEARCHES: Searches = {  # numbers that `cps-envs best-response --oracle search` may change, and their ranges
+    "attacker": (SearchSpace("bias", PLAYERS["attacker"], {"rise_s": (1.0, 60.0)}),),
+    "defender": (SearchSpace("doubt", PLAYERS["defender"], {"threshold_m": (0.0, 0.5)}),),
 }
 TANK = Problem(
     name="tank",

@@ -115,6 +115,7 @@ RENAMED = {  # old name -> what to type now
     "learnability": "python -m tools.learnability",
     "oracle": "cps-envs certify",
     "reliability": "python -m tools.reliability",
+    "score freeze": "python -m tools.challenge",
     "search-feedback": "cps-envs train DisbandingDefense-v0 --algo cma-es --knob family=disbanding-feedback",
     "search-string": "cps-envs train DisbandingDefense-v0 --algo cma-es --knob family=disbanding-radio",
     "search-switching": "python -m tools.rogue.search",
@@ -254,8 +255,9 @@ class Everything(Commands):
         Raises:
             CommandError: by an old name.
         """
-        if args and args[0] in RENAMED:
-            raise CommandError(f"`cps-envs {args[0]}` is now: {RENAMED[args[0]]}")
+        for old in (" ".join(args[:1]), " ".join(args[:2])):
+            if old in RENAMED:
+                raise CommandError(f"`cps-envs {old}` is now: {RENAMED[old]}")
         return super().resolve_command(ctx, args)
 
 

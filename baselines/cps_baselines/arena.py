@@ -1,4 +1,4 @@
-"""Who meets where, as plain data: venues and contestants, of which every suite, league and contest is made."""
+"""Who meets where, as plain data: venues and contestants, of which every table is made."""
 
 from __future__ import annotations
 

@@ -12,7 +12,6 @@ from importlib import import_module
 from typing import Any
 
 from cps_baselines.arena import Venue
-from cps_baselines.contest import side_of
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.types import Role
 
@@ -83,8 +82,3 @@ def find_track(name: str) -> Track:
     if name not in known:
         raise UnknownNameError(f"there is no track {name!r}. {near(name, known)}")
     return known[name]
-
-
-def constants(track: Track) -> tuple[str, ...]:
-    """References of actions of the role that never change: what a policy reaches that does not look."""
-    return side_of(track.problem, track.role).constants

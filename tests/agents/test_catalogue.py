@@ -13,13 +13,14 @@ import pytest
 from cps_agents.arena.table import Table
 from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
 from cps_agents.declarations import UnreadableError, declaration, missing_package
-from cps_baselines.contest import side_of
+from cps_baselines.searches import searches_of
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry, resolve_policy
 from cps_envs.core.problem import Later, Problem
 from cps_envs.core.types import ROLES, Role
 from cps_paper.benchmark.suite import find_benchmark
 from tests.episodes import spec_of
+from tools.rivals import declared
 
 TABLES = [(name, table) for name in PROBLEMS for table in find_benchmark(name).tables]
 
@@ -124,13 +125,14 @@ def test_presets_and_roles_are_listed() -> None:
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("role", ROLES)
-def test_everybody_in_a_contest_can_be_built(problem: str, role: Role) -> None:
-    side, spec = side_of(problem, role), spec_of(PROBLEMS[problem], role, "learning")
-    assert not side.policies or "none" in {each.name for each in side.policies}
-    assert len({each.name for each in side.policies}) == len(side.policies)
-    for reference in (*(each.reference for each in (*side.policies, *side.informed)), *side.constants):
+def test_rivals_and_what_is_searched_can_be_built(problem: str, role: Role) -> None:
+    rivals, spec = declared(problem, role), spec_of(PROBLEMS[problem], role, "learning")
+    names = [each.name for each in rivals.policies]
+    assert "none" in names
+    assert len(set(names)) == len(names)
+    for reference in (*(each.reference for each in (*rivals.policies, *rivals.informed)), *rivals.constants):
         resolve_policy(reference, spec)
-    for search in side.searches:
+    for search in searches_of(problem, role):
         assert set(search.start) <= set(search.ranges)
         for end in (0, 1):
             resolve_policy(search.policy, spec, **{name: ends[end] for name, ends in search.ranges.items()})

@@ -111,7 +111,7 @@ def test_a_command_says_of_itself_what_the_list_of_commands_says() -> None:
 
 @pytest.mark.parametrize("name", RENAMED)
 def test_an_old_name_says_what_to_type_now(name: str) -> None:
-    assert refusal(name, "--any") == f"Error: `cps-envs {name}` is now: {RENAMED[name]}"
+    assert refusal(*name.split(), "--any") == f"Error: `cps-envs {name}` is now: {RENAMED[name]}"
     program, first, *_ = RENAMED[name].split()
     assert first in ENTRIES if program == "cps-envs" else first == "-m"
 

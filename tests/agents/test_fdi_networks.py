@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_agents.arena.constants import constants_of
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play, spec_of
+from tools.rivals.constants import constants_of
 
 EPISODES = range(120)
 MANY = range(500_000, 500_300)  # the best constants are 10 % behind

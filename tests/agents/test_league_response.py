@@ -30,7 +30,7 @@ from cps_agents.learning.recipe import SHARED, Recipe
 from cps_agents.learning.shared import make_learner
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.contest import SearchSpace
+from cps_baselines.searches import SearchSpace
 from cps_envs import find_problem
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cps_agents.league.search import run_search, with_options
-from cps_baselines.contest import SearchSpace
+from cps_baselines.searches import SearchSpace
 from cps_envs.core.types import FloatArray
 
 

@@ -17,7 +17,7 @@ pytest.importorskip("typer", reason="needs the command line")
 
 from cps_agents import score
 from cps_agents.errors import CommandError
-from cps_agents.scoring import board, freezing, frozen, verify
+from cps_agents.scoring import board, frozen, verify
 from cps_agents.scoring.kind import Kind, kind_of
 from cps_agents.scoring.score import Score
 from cps_baselines import tracks as declared
@@ -28,6 +28,8 @@ from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
 from tests.agents.command_line import refusal, run
 from tests.agents.trained import save_tiny
+from tools.challenge import freezing
+from tools.rivals import Rivals
 
 EPISODES = 24
 PANEL = (Rival("cusum", "cusum", "tracker", 2.0), Rival("chi2", "chi2", "tracker"))
@@ -44,7 +46,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(declared, "tracks", lambda: {track.name: track for track in (SMALL, DEFENSE)})
         patch.setattr(frozen, "FOLDER", made)
         patch.setattr(board, "FOLDER", made / "board")
-        patch.setattr(freezing, "constants", lambda track: CONSTANTS if track is SMALL else ())
+        patch.setattr(freezing, "declared", lambda _, role: Rivals(constants=CONSTANTS * (role == "attacker")))
         for track in (SMALL, DEFENSE):
             freezing.freeze(track, 64)
         yield made

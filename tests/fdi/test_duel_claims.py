@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 ATTACKED = {"preset": "learning", "attack_share": 1.0, "onset_s": 0.0}
 CONTESTED = "v4>4 xv4>4 v1+rv2>1 xv1+rv2>1 v2+rv3>2 xv3+rv4>3"
 SEEDS = range(50_000, 50_500)
-FOUND = {  # by search, each against one defender; see `SIDES["attacker"].searches`
+FOUND = {  # by search, each against one defender; see `SEARCHES["attacker"]`
     "none": "swing?swing_s=2.24&open=0.96&close=0.99&range_part=0.97",
     "chi2": "tracker?margin=0.65&late=2.2&swing=1.67&swing_s=0.98&range_part=1.3",
     "cusum": "tracker?margin=0.95&late=1.29&swing=1.12&swing_s=0.15&range_part=1.17",

@@ -1,4 +1,4 @@
-"""The defenders of preset `learning` against their definitions, those who are told, and their contest."""
+"""The defenders of preset `learning` against their definitions, those who are told, and what there is to win."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_baselines.hvac.contest import SIDES
 from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
@@ -20,6 +19,7 @@ from cps_envs.hvac.config import LEARNING, PAPER
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.sensors import filter_sets
 from tests.hvac.games import go, play, spec_of, started, watched
+from tools.rivals.hvac import RIVALS
 
 SETS = filter_sets(LEARNING)
 MODEL, FIRST = 15, 16  # choices: the model, and the first filter
@@ -196,7 +196,7 @@ def test_truth_of_a_game_changes_with_it() -> None:
 
 def test_constants_of_the_defender_are_all_there_are() -> None:
     count = spec_of("defender").action_space.n
-    assert SIDES["defender"].constants == tuple(f"always?action={choice}" for choice in range(count))
+    assert RIVALS["defender"].constants == tuple(f"always?action={choice}" for choice in range(count))
 
 
 @lru_cache
@@ -219,7 +219,7 @@ def test_something_is_left_to_infer_and_something_can_be_done() -> None:
 @pytest.mark.slow
 def test_no_choice_that_never_changes_is_as_good_as_the_best_detector() -> None:
     bar = mean_over("largest")
-    assert bar < min(mean_over(constant) for constant in SIDES["defender"].constants)
+    assert bar < min(mean_over(constant) for constant in RIVALS["defender"].constants)
 
 
 @pytest.mark.slow
@@ -249,8 +249,8 @@ def test_more_liars_cost_more() -> None:
 
 @pytest.mark.slow
 def test_listening_pays_and_being_told_pays_more() -> None:
-    """The attackers' side of the contest: bold lies earn most on the mean, and inferring whom one faces earns more."""
-    defenders = [contestant.reference for contestant in SIDES["defender"].policies]
+    """Bold lies earn most on the mean, and inferring whom one faces earns more."""
+    defenders = [contestant.reference for contestant in RIVALS["defender"].policies]
     bold, listening, creeping, tracking = (
         np.array([paid(attacker, defender) for defender in defenders])
         for attacker in ("constant?reading_c=10", "listener", "brink", "tracker")

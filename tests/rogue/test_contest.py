@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.rogue.contest import ATTACKERS, SIDES, constant
 from cps_baselines.rogue.informed import responses
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.rogue.problem import ROGUE
+from tools.rivals.rogue import ATTACKERS, RIVALS, constant
 
 SEEDS = range(97_000, 97_048)
 ROUGH = ("square?frequency_hz=0.05", "duty_square", "contested?against=pd")  # attackers that a constant is screened by
@@ -33,7 +33,7 @@ def score(
 
 def test_a_constant_gives_each_class_of_places_its_law() -> None:
     assert json.loads(constant((1, 0, 3)).partition("=")[2])[::2] == [1, 1, 0, 0, 3, 3, 3, 3]
-    assert len(set(SIDES["defender"].constants)) == len(SIDES["defender"].constants) > 100
+    assert len(set(RIVALS["defender"].constants)) == len(RIVALS["defender"].constants) > 100
 
 
 def test_informed_knows_a_response_to_every_attacker_of_the_contest() -> None:
@@ -43,7 +43,7 @@ def test_informed_knows_a_response_to_every_attacker_of_the_contest() -> None:
 @pytest.mark.slow
 def test_no_constant_is_as_good_as_the_monitor() -> None:
     """All of the declaration are screened, and the five best of them judged against every attacker."""
-    screened = {each: score(each, ROUGH, first=96_000, count=6).mean() for each in SIDES["defender"].constants}
+    screened = {each: score(each, ROUGH, first=96_000, count=6).mean() for each in RIVALS["defender"].constants}
     monitor = score("monitor")
     for each in sorted(screened, key=screened.__getitem__)[:5]:
         assert np.mean(score(each) - monitor) > 0.5, each
@@ -61,13 +61,13 @@ def test_something_is_left_to_infer_and_something_can_be_done() -> None:
 @pytest.mark.slow
 def test_nobody_has_won() -> None:
     """No defender is unharmed by everybody, and no attacker is as good everywhere as the best is without a defence."""
-    undisturbed = min(payoff("none", contestant.reference).mean() for contestant in SIDES["defender"].policies)
+    undisturbed = min(payoff("none", contestant.reference).mean() for contestant in RIVALS["defender"].policies)
     unopposed = max(payoff(contestant.reference, "none").mean() for contestant in ATTACKERS)
-    for contestant in SIDES["defender"].policies:
+    for contestant in RIVALS["defender"].policies:
         worst = max(payoff(attacker.reference, contestant.reference).mean() for attacker in ATTACKERS)
         assert worst > undisturbed + 1.0
     for attacker in ATTACKERS:
         least = min(
-            payoff(attacker.reference, contestant.reference).mean() for contestant in SIDES["defender"].policies
+            payoff(attacker.reference, contestant.reference).mean() for contestant in RIVALS["defender"].policies
         )
         assert least < unopposed - 5.0

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.assignment import Assigned, laws_of
-from cps_baselines.rogue.contest import ATTACKERS, RESPONDED_TO
 from cps_baselines.rogue.identify import Identify, contested, known, nearest_traces
 from cps_baselines.rogue.informed import Informed, responses
 from cps_baselines.rogue.monitor import (
@@ -35,6 +34,7 @@ from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
 from tests import episodes
+from tools.rivals.rogue import ATTACKERS, RESPONDED_TO
 from tools.rogue.contested import ContestedSearch, mean_trace, search_response
 
 FIRST = 8_000  # of the seeds here; those of the searches begin at 40,000,000

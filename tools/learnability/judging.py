@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.admission import able, usual
-from cps_agents.arena.constants import constants_of, native_constants
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
@@ -20,11 +19,12 @@ from cps_agents.zoo.card import read_card
 from cps_agents.zoo.files import find
 from cps_agents.zoo.references import PREFIX, SB3, is_missing
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.contest import side_of
 from cps_envs import PROBLEMS
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
 from cps_envs.core.types import ROLES, Role, other
+from tools.rivals import declared
+from tools.rivals.constants import constants_of, native_constants
 
 PRESET = "learning"
 SIDES: Mapping[Role, str] = {"attacker": "attack", "defender": "defense"}
@@ -155,14 +155,14 @@ def judge(
 
 def rivals_of(venue: Venue, role: Role) -> list[str]:
     """Every registered policy of a role that can play and knows no more than it observes, in all declared variants."""
-    declared = [each.reference for each in side_of(venue.problem, role).policies]
-    found = able(venue, role, [*usual(venue, role), *declared])
+    variants = [each.reference for each in declared(venue.problem, role).policies]
+    found = able(venue, role, [*usual(venue, role), *variants])
     return [each.reference for each in found if not each.overrides]  # without those made for another configuration
 
 
 def told(problem: Problem, role: Role) -> list[str]:
     """The policies of a role that are told what it has to infer."""
-    return [each.reference for each in side_of(problem.name, role).informed]
+    return [each.reference for each in declared(problem.name, role).informed]
 
 
 def _best(standings: Sequence[Standing], role: Role) -> Standing:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from cps_agents.scoring.board import BoardEntry, boards, front
-from cps_agents.scoring.frozen import is_frozen, read_frozen
+from cps_agents.scoring.frozen import read_frozen
 from cps_baselines.tracks import Track, tracks
 from cps_envs import PROBLEMS
 
@@ -21,7 +21,7 @@ def _leaders(problem: str, found: Mapping[str, Sequence[BoardEntry]]) -> Iterato
     own = {name: track for name, track in tracks().items() if track.problem == problem}
     yield from front({name: found[name] for name in own}).markdown()
     yield ""
-    yield from (_scale(track) for track in own.values() if is_frozen(track))
+    yield from map(_scale, own.values())
 
 
 def _scale(track: Track) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cps_agents.scoring.board import BoardEntry, agreement, board, table
-from cps_agents.scoring.frozen import Frozen, is_frozen, read_frozen
+from cps_agents.scoring.frozen import Frozen, read_frozen
 from cps_agents.sheet import Sheet
 from cps_baselines.tracks import CHALLENGE, tracks
 from cps_envs.registration import find_problem
@@ -31,9 +31,6 @@ def page() -> str:
     parts = [INTRODUCTION.rstrip()]
     for track in tracks().values():
         parts.append(f"## {track.name}")
-        if not is_frozen(track):
-            parts.append("Not frozen yet.")
-            continue
         frozen, rows = read_frozen(track), board(track)
         parts.append("\n".join(table(track, rows).markdown()) if rows else "No entry yet.")
         parts.append(_facts(frozen, rows))

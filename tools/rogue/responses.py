@@ -12,10 +12,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from cps_baselines.rogue.contest import ATTACKERS
 from cps_baselines.rogue.informed import Informed
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.problem import ROGUE
+from tools.rivals.rogue import ATTACKERS
 
 BEHIND = ("ff", "ss", "fs", "sF", "ll", "fh")  # laws far behind and just behind the attacker
 AHEAD = ("fff", "sss", "lll", "llf", "ssl", "rrr", "rrf")  # just ahead, far ahead, leader

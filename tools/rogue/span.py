@@ -13,11 +13,9 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from cps_agents.arena.constants import constants_of
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.console import err, out
 from cps_agents.sheet import Sheet
-from cps_baselines.contest import side_of
 from cps_baselines.rogue.informed import responses
 from cps_baselines.tracks import find_track, written
 from cps_envs.core.errors import ConfigurationError
@@ -28,6 +26,8 @@ from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from tools.command import run
+from tools.rivals.constants import constants_of
+from tools.rivals.rogue import RIVALS
 
 TRACK = find_track("rogue-defense")
 FORMS = {"laws": "mode", "laws and accelerations": "either"}  # what the defender chooses
@@ -39,14 +39,14 @@ ROUNDS = ((4, 12), (32, 1))  # episodes against each attacker, and how many poli
 def blind(config: RogueConfig) -> list[str]:
     """Policies that never look."""
     own = constants_of(ROGUE.game(config, 1).spec("defender"), "vehicle")
-    return ["none", "random", *side_of("rogue", "defender").constants, *own]
+    return ["none", "random", *RIVALS["defender"].constants, *own]
 
 
 def known(config: RogueConfig) -> list[str]:
     """Policies that look, told or not, as far as they can play; of networks none, since no laws alone were learned."""
-    side, game = side_of("rogue", "defender"), ROGUE.game(config, 1)
+    rivals, game = RIVALS["defender"], ROGUE.game(config, 1)
     told = [written("informed", **laws) for laws in responses().values()]
-    every = dict.fromkeys([*(each.reference for each in (*side.policies, *side.informed)), *told])
+    every = dict.fromkeys([*(each.reference for each in (*rivals.policies, *rivals.informed)), *told])
     return [policy for policy in every if _plays(policy, game)]
 
 

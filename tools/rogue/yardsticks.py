@@ -25,7 +25,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from cps_baselines.rogue.contest import DEFENDERS
+from tools.rivals.rogue import DEFENDERS
 from tools.rogue.switching import DEFENDERS as CONTROLLERS
 from tools.rogue.yardstick_searches import contest_attacks, identified, plan_attack, search_answer, search_law
 

@@ -19,7 +19,7 @@ from cps_envs.core.lookup import policy_entry
 from cps_envs.core.types import ROLES
 
 DATA = ("*.py", "*.json", "*.csv")
-DECLARATIONS = ("benchmark.py", "contest.py", "tracks.py")  # what is played, which each piece of work tells itself
+DECLARATIONS = ("benchmark.py", "searches.py", "tracks.py")  # what is played, which each piece of work tells itself
 COVERED = ("cps_envs", "cps_baselines", "zoo", "sb3")  # by the fingerprint, or told apart
 CODE = re.compile(r'(?:^|")([A-Za-z_][\w.]*):[A-Za-z_]')  # module:attribute, also inside a mixture
 MODEL = re.compile(r'(?:^|")sb3:([^?"]+)')

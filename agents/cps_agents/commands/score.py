@@ -11,12 +11,10 @@ from typer.core import TyperGroup
 
 from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json, to_json
-from cps_agents.errors import CommandError
 from cps_agents.files import replacing
 from cps_agents.progress import Progress
 from cps_agents.scoring.board import agreement, rank_line, table
 from cps_agents.scoring.board import board as ranked
-from cps_agents.scoring.freezing import freeze as frozen
 from cps_agents.scoring.kind import Kind
 from cps_agents.scoring.score import Score, score
 from cps_agents.scoring.verify import read_score
@@ -116,19 +114,3 @@ def verify(
     for path in file:
         found = check(path, audit=audit, draw=draw, say=lambda line: err().print(f"  {line}", soft_wrap=True))
         out().print(f"{path}: {found.line}", soft_wrap=True)
-
-
-@app.command()
-def freeze(
-    track: Annotated[list[str] | None, typer.Argument(help="Tracks such as rogue-attack; default: all eight.")] = None,
-    episodes: Annotated[int, typer.Option(min=16, help="Against each opponent, for the scores 0 and 100.")] = 4096,
-    constant: Annotated[
-        list[str] | None, typer.Option(metavar="POLICY", help="Try only this for score 0; may be repeated.")
-    ] = None,
-) -> None:
-    """Find what the scores 0 and 100 are paid; for the makers of a challenge."""
-    for found in map(find_track, track or tracks()):
-        if episodes * 8 < found.episodes:
-            raise CommandError(f"--episodes {episodes} is less than an eighth of the {found.episodes} of {found.name}")
-        path = frozen(found, episodes, constant or (), lambda line: out().print(line, soft_wrap=True, markup=False))
-        err().print(f"Written: {path}", soft_wrap=True)

@@ -15,7 +15,7 @@ from cps_agents.league.venues import form_of_recipe
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe, usual_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.contest import SearchSpace, side_of
+from cps_baselines.searches import SearchSpace, searches_of
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
 
@@ -43,7 +43,7 @@ def choose_oracles(problem: str, role: Role, names: Sequence[str] = (SHARED,)) -
     """
     found = [oracle for name in dict.fromkeys(names) if (oracle := _named(name, problem, role)) is not None]
     if not found:
-        remedy = f"{SHARED} is there for all roles, {SEARCHES} where SIDES declares searches (cps_baselines.contest)"
+        remedy = f"{SHARED} is there for all roles, {SEARCHES} where SEARCHES declares numbers (cps_baselines.searches)"
         raise CommandError(f"the {role} of {problem} has no oracle {', '.join(names)}: {remedy}")
     for oracle in found:
         _check_installed(oracle)
@@ -73,7 +73,7 @@ def _named(name: str, problem: str, role: Role) -> Oracle | None:
     if name == SHARED:
         return Oracle(SHARED, usual_recipe(problem, role))
     if name == SEARCHES:
-        searches = side_of(problem, role).searches
+        searches = searches_of(problem, role)
         return Oracle(SEARCHES, searches=searches) if searches else None
     if name not in RECIPES and "Attack" not in name and "Defense" not in name:
         raise CommandError(f"there is no oracle and no recipe {name!r}. {near(name, [*KINDS, *RECIPES])}")

@@ -23,7 +23,7 @@ from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situat
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.contest import SearchSpace
+from cps_baselines.searches import SearchSpace
 from cps_baselines.workers import Workers
 from cps_envs.core.seeds import TRAINING_START, VALIDATION
 from cps_envs.core.types import SIGN, FloatArray, Role, other

@@ -10,8 +10,8 @@ import numpy as np
 
 from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Venue
-from cps_baselines.contest import SearchSpace
 from cps_baselines.evolution import Evolution
+from cps_baselines.searches import SearchSpace
 from cps_envs.core.config import configure
 from cps_envs.core.errors import require
 from cps_envs.core.types import SIGN, FloatArray, Role, other

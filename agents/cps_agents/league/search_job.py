@@ -10,7 +10,7 @@ import numpy as np
 
 from cps_agents.arena.meeting import InVenue, Result
 from cps_agents.league.search import Judge, judge_in, run_search
-from cps_baselines.contest import SearchSpace
+from cps_baselines.searches import SearchSpace
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray, Role

@@ -7,12 +7,10 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from cps_agents.errors import CommandError
-from cps_agents.files import write_json
 from cps_agents.scoring.playing import answers, seeds_of
 from cps_baselines.tracks import CHALLENGE, Track
 from cps_envs.core.documents import Entry, read_entry
@@ -90,11 +88,6 @@ def texts(pays: Sequence[FloatArray]) -> list[str]:
     return [" ".join(f"{value:.12g}" for value in rounded(paid).tolist()) for paid in pays]
 
 
-def is_frozen(track: Track) -> bool:
-    """Whether there are frozen numbers of a track, be they of this game or not."""
-    return (FOLDER / f"{track.name}.json").is_file()
-
-
 def read_frozen(track: Track) -> Frozen:
     """The frozen numbers of a track.
 
@@ -103,8 +96,8 @@ def read_frozen(track: Track) -> Frozen:
         DamagedFileError: the file is no such document.
     """
     path = FOLDER / f"{track.name}.json"
-    if not is_frozen(track):
-        raise CommandError(f"{track.name} is not frozen yet: `cps-envs score freeze {track.name}` does that")
+    if not path.is_file():
+        raise CommandError(f"{track.name} is not frozen yet: `python -m tools.challenge {track.name}` does that")
     document = read_entry(path, "file of frozen numbers", REMEDY)
     if document["identity"].text() != identity(track):
         raise other_game(track, "panel, configuration or version have changed")
@@ -137,10 +130,3 @@ def _pays(row: Entry, episodes: int) -> FloatArray:
     if len(found) != episodes or not np.isfinite(found).all():
         raise row.error(f"{episodes} finite numbers")
     return found
-
-
-def write_frozen(track: Track, facts: dict[str, Any]) -> Path:
-    """Keep the frozen numbers of a track."""
-    path = FOLDER / f"{track.name}.json"
-    write_json(path, {"challenge": CHALLENGE, "track": track.name, "identity": identity(track), **facts})
-    return path

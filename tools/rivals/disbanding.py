@@ -1,4 +1,4 @@
-"""Who plays preset `learning` of the disbanding problem: attacks, jams, constants, and the numbers of searches."""
+"""Who plays preset `learning` of the disbanding problem: attacks, jams, defenders and constants."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import json
 from collections.abc import Iterator, Mapping
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import SearchSpace, Side
 from cps_envs.core.types import Role
 from cps_envs.disbanding.config import LEARNING
+from tools.rivals import Rivals
 
 ATTACKS = LEARNING.num_attacks
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # shares of 6 m/s2, of either sign
@@ -27,37 +27,6 @@ ATTACKERS = (
 )
 DEFENDERS = tuple(map(Contestant, ("none", "heuristic", "mpc", "copy", "feedback", "string", "local")))
 
-PLATOONS, JAMS = (1.0, 5.0), (0.0, 9.0)
-TIMED = SearchSpace(
-    "timed",
-    "timed",
-    {
-        "first": PLATOONS,
-        "second": PLATOONS,
-        "delay_s": (0.0, 30.0),
-        "pause_s": (5.0, 130.0),
-        "jam": JAMS,
-        "jam_at": (1.0, 3.0),
-        "jam_s": (-5.0, 10.0),
-    },
-    {"first": 1.0, "second": 2.0, "delay_s": 0.0, "pause_s": 60.0, "jam": 1.0, "jam_at": 1.0, "jam_s": -1.0},
-)
-ADAPTIVE = SearchSpace(
-    "adaptive",
-    "adaptive?look_s=20",
-    {
-        "slow_mps": (0.0, 15.0),
-        "fast_mps": (10.0, 31.0),
-        "slow_s": (21.0, 130.0),
-        "middle_s": (21.0, 130.0),
-        "fast_s": (21.0, 130.0),
-        "jam": JAMS,
-        "jam_s": (-5.0, 10.0),
-    },
-    {"slow_mps": 6.0, "fast_mps": 18.0, "slow_s": 90.0, "middle_s": 60.0, "fast_s": 40.0, "jam": 1.0, "jam_s": -1.0},
-)
-DETECTION = {"detection_mps": (0.3, 8.0), "hold_s": (0.5, 10.0)}
-
 
 def constant_corrections() -> Iterator[str]:
     """The same correction of all vehicles, of the leaders, of the others, and of the rear half."""
@@ -70,13 +39,9 @@ def constant_corrections() -> Iterator[str]:
             yield f"always?action={json.dumps([level * share for share in shares], separators=(',', ':'))}"
 
 
-SIDES: Mapping[Role, Side] = {
-    "attacker": Side(
-        policies=ATTACKERS,
-        constants=tuple(f"always?action={action}" for action in range(ATTACKS)),
-        searches=(TIMED, ADAPTIVE),
-    ),
-    "defender": Side(
+RIVALS: Mapping[Role, Rivals] = {
+    "attacker": Rivals(policies=ATTACKERS, constants=tuple(f"always?action={action}" for action in range(ATTACKS))),
+    "defender": Rivals(
         policies=(
             *DEFENDERS,
             Contestant("cacc"),
@@ -86,9 +51,5 @@ SIDES: Mapping[Role, Side] = {
         ),
         constants=tuple(constant_corrections()),
         informed=(Contestant("informed"),),
-        searches=(
-            SearchSpace("string", "string", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
-            SearchSpace("feedback", "feedback", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
-        ),
     ),
 }

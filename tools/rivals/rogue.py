@@ -1,4 +1,4 @@
-"""Who plays preset `learning` of the rogue-vehicle problem: attackers, defenders, constants, numbers of searches."""
+"""Who plays preset `learning` of the rogue-vehicle problem: attackers, defenders and constants."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import SearchSpace, Side
 from cps_envs.core.types import Role
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
+from tools.rivals import Rivals
 
 RESPONDED_TO = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
 RESPONSES = tuple(Contestant(f"contested {against}", f"contested?against={against}") for against in RESPONDED_TO)
@@ -38,10 +38,7 @@ DEFENDERS = (
     Contestant("guard"),
 )
 
-
 FRONT_CLASSES = ((0, 2), (2, 4), (4, LEARNING.max_vehicles))  # places from the rear that have the same law
-WEIGHT = (-2.0, 2.0)
-FORM = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias")
 
 
 def constant(laws: tuple[int, ...], modified: int = 0) -> str:
@@ -52,39 +49,17 @@ def constant(laws: tuple[int, ...], modified: int = 0) -> str:
     return f"always?action={json.dumps(orders, separators=(',', ':'))}"
 
 
-SWITCHING = SearchSpace("switching", "tuned", dict.fromkeys(FORM, WEIGHT) | {"hysteresis": (0.0, 1.0)})
-RAMMING = SearchSpace(
-    "strike", "strike", {"strike_s": (0.5, 9.0), "period_s": (10.0, 40.0), "effort": (-1.0, 1.0)}, {"effort": 0.9}
-)
-BRAKING = SearchSpace("brake", "strike", RAMMING.ranges, {"effort": -0.9})
-MONITOR = SearchSpace(
-    "monitor",
-    "monitor",
-    {
-        "margin_mps": (0.3, 3.0),
-        "slack_mps2": (0.5, 5.0),
-        "threshold_mps": (0.3, 5.0),
-        "release_s": (2.0, 40.0),
-        "near_m": (0.0, 30.0),
-        "near_strong_m": (10.0, 60.0),
-        "strong_mps2": (0.2, 1.5),
-        "horizon_s": (0.0, 3.0),
-    },
-)
-
-SIDES: Mapping[Role, Side] = {
-    "attacker": Side(
+RIVALS: Mapping[Role, Rivals] = {
+    "attacker": Rivals(
         policies=(*ATTACKERS, Contestant("gains"), Contestant("contested_start", "tuned")),
         constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),
-        searches=(SWITCHING, RAMMING, BRAKING),
     ),
-    "defender": Side(
+    "defender": Rivals(
         policies=(*DEFENDERS, Contestant("pd_detection")),
         constants=(
             *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
             *(constant((law,) * 3, 1) for law in range(2, len(CONTROLLERS)) if CONTROLLERS[law] != "human"),
         ),
         informed=(Contestant("informed"), Contestant("escort")),
-        searches=(MONITOR,),
     ),
 }

@@ -7,13 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from cps_agents.arena.constants import constants_of, native_constants
-from cps_agents.scoring.frozen import DEV, PLACES, texts, write_frozen
+from cps_agents.files import write_json
+from cps_agents.scoring import frozen
 from cps_agents.scoring.playing import answers, pays, seeds_of
-from cps_baselines.tracks import Track, constants
+from cps_baselines.tracks import CHALLENGE, Track
 from cps_envs.core.types import FloatArray
 from cps_envs.core.untrained import choices_of
 from cps_envs.registration import find_problem
+from tools.rivals import declared
+from tools.rivals.constants import constants_of, native_constants
 
 ROUNDS = ((64, 8), (8, 2), (1, 1))  # constants play such a part of the episodes, and so many of them stay
 FEWEST = 4  # episodes against each opponent, in every round
@@ -40,16 +42,24 @@ def freeze(track: Track, episodes: int, candidates: Sequence[str] = (), say: Sai
     dev, test = answers(track, seeds), answers(track, seeds_of(track, "test", track.episodes))
     for rival, best, worst in zip(track.panel, dev, rows[zero], strict=True):
         say(f"  {rival.name}: answer {best.mean():.3f}, zero {worst.mean():.3f}")
-    return write_frozen(
-        track,
+    path = frozen.FOLDER / f"{track.name}.json"
+    write_json(
+        path,
         {
-            "zero": round(mean_pay(track, rows[zero]), PLACES + 2),
-            "told": round(mean_pay(track, dev), PLACES + 2),
+            "challenge": CHALLENGE,
+            "track": track.name,
+            "identity": frozen.identity(track),
+            "zero": round(mean_pay(track, rows[zero]), frozen.PLACES + 2),
+            "told": round(mean_pay(track, dev), frozen.PLACES + 2),
             "zero_policy": zero,
             "episodes": episodes,
-            "pays": {"test": texts(test), "dev": texts([own[: track.episodes // DEV] for own in dev])},
+            "pays": {
+                "test": frozen.texts(test),
+                "dev": frozen.texts([own[: track.episodes // frozen.DEV] for own in dev]),
+            },
         },
     )
+    return path
 
 
 def every_constant(track: Track) -> list[str]:
@@ -61,8 +71,9 @@ def every_constant(track: Track) -> list[str]:
     spec = problem.game(track.venue.config, 1).spec(track.role)
     adapter = problem.training[track.role].adapter
     choices = choices_of(spec.adapter(adapter).action_space)
+    constants = declared(track.problem, track.role).constants
     own = constants_of(spec, adapter, MOST_CONSTANTS) if choices else []
-    return list(dict.fromkeys(["none", "random", *constants(track), *native_constants(spec), *own]))
+    return list(dict.fromkeys(["none", "random", *constants, *native_constants(spec), *own]))
 
 
 def mean_pay(track: Track, rows: Sequence[FloatArray]) -> float:

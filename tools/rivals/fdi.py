@@ -1,4 +1,4 @@
-"""Who plays preset `learning` of false data injection: who lies, who watches, constants, the numbers of searches."""
+"""Who plays preset `learning` of false data injection: who lies, who watches, and constants."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import SearchSpace, Side
 from cps_envs.core.types import Role
+from tools.rivals import Rivals
 
 VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
 PAIRED = VEHICLES - 1  # gaps with a rear sensor
@@ -42,30 +42,16 @@ def always(action: list[int]) -> str:
     return f"always?action={json.dumps(action, separators=(',', ':'))}"
 
 
-TRACKER = {
-    "margin": (-1.0, 3.0),
-    "late": (-1.0, 3.0),
-    "swing": (-1.0, 3.0),
-    "swing_s": (0.0, 5.0),
-    "range_part": (0.0, 1.5),
-}
-SWING = {"swing_s": (0.0, 6.0), "open": (0.0, 1.0), "close": (0.0, 1.0), "range_part": (0.0, 1.0)}
-CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 30.0), "release_s": (0.1, 6.0)}
-
-SIDES: Mapping[Role, Side] = {
-    "attacker": Side(
+RIVALS: Mapping[Role, Rivals] = {
+    "attacker": Rivals(
         policies=(
             *map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker")),
             Contestant("task_tracker"),
             Contestant("task_tracker_start", "task_tracker?untrained=true"),
         ),
         constants=tuple(constant_attacks()),
-        searches=(
-            SearchSpace("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
-            SearchSpace("swing", "swing", SWING, {"swing_s": 2.0, "open": 0.9, "close": 0.9, "range_part": 0.9}),
-        ),
     ),
-    "defender": Side(
+    "defender": Rivals(
         policies=(
             *map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only")),
             Contestant("hypotheses"),
@@ -73,6 +59,5 @@ SIDES: Mapping[Role, Side] = {
         ),
         constants=tuple(constant_defences()),
         informed=(Contestant("informed"),),
-        searches=(SearchSpace("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
     ),
 }

@@ -1,0 +1,1 @@
+"""The tracks of the challenge, as their makers freeze them."""
