@@ -124,8 +124,10 @@ RENAMED = {  # old name -> what to type now
 }
 OPTIONS = {  # old option -> what to type now
     "--against": "--attacker or --defender",
+    "--anneal": "one of `python -m tools.fdi.certify`, in a checkout",
     "--attackers": "--attacker",
     "--defenders": "--defender",
+    "--exhaust": "one of `python -m tools.fdi.certify`, in a checkout",
     "--opponent": "--attacker or --defender",
     "--period": "--preset mitigated, or --defender heuristic with options",
     "--policy": "--attacker or --defender",

@@ -11,7 +11,6 @@ import gymnasium
 import numpy as np
 import pytest
 
-from cps_baselines.fdi.annealing import anneal
 from cps_baselines.fdi.cross import cross
 from cps_baselines.fdi.replay import replay
 from cps_baselines.fdi.sweep import certify, certify_all, instance_of, own_config, paper_tasks
@@ -21,6 +20,7 @@ from cps_envs.fdi.optima import CONSTANTS, INFEASIBLE, PROVED, TIME_LIMIT, Recor
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.task import parse_task
 from tests.fdi.episodes import play
+from tools.fdi.annealing import anneal
 
 PROVED_ANCHORS = {
     "x1>1": 3.4075,

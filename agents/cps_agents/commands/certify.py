@@ -21,7 +21,6 @@ from cps_agents.files import alone_at, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
-from cps_baselines.fdi.cross import Extra
 from cps_baselines.fdi.sweep import Certificate, certify_all, open_tasks, paper_tasks, sweep
 from cps_envs.core.documents import read_entry
 from cps_envs.fdi.config import FdiConfig
@@ -46,10 +45,6 @@ def certify(
     time_limit: Annotated[
         float,
         typer.Option(min=0.0, metavar="SECONDS", help="Time for each integer program, or each episode; 0: no limit."),
-    ] = 20.0,
-    anneal: Annotated[int, typer.Option(min=0, help="Try so many attacks for each task in a local search.")] = 100_000,
-    exhaust: Annotated[
-        float, typer.Option(min=0.0, metavar="CPU SECONDS", help="Search each open task exhaustively for so long.")
     ] = 20.0,
     gap: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Stop at this relative gap; 0 proves the optimum.")
@@ -76,11 +71,15 @@ def certify(
         path = to or Path("results") / "certificates" / f"{preset}-episodes.json"
         certify_episodes(config, episodes, path, **limits, as_json=as_json)
         return
-    named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
-    tasks = list(dict.fromkeys(named)) or paper_tasks(config.num_vehicles)
+    tasks = tasks_named(task or (), config.num_vehicles)
     path = to or Path("results") / "certificates" / f"{preset}.json"
-    limits |= {"gap": gap, "extra": Extra(anneal, exhaust)}
-    certify_tasks(config, tasks, path, **limits, improve=improve, as_json=as_json)
+    certify_tasks(config, tasks, path, **limits, gap=gap, improve=improve, as_json=as_json)
+
+
+def tasks_named(texts: Iterable[str], num_vehicles: int) -> Sequence[Task]:
+    """The tasks of texts such as "x4>4 v4>4", each once; every cell of the tables where there is none."""
+    named = (parse_task(text, num_vehicles) for each in texts for text in each.split())
+    return list(dict.fromkeys(named)) or paper_tasks(num_vehicles)
 
 
 def certify_tasks(

@@ -5,15 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.fdi.annealing import anneal
-from cps_baselines.fdi.enumeration import FASTER_MPS, exhaust
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import OPTIMAL, UNSOLVED, Limits, Program, solve
-from cps_baselines.fdi.lifted import NEGLIGIBLE, STRICT_GAP_M, columns_of, end_rows, legal_rows, lift, stack, through
+from cps_baselines.fdi.lifted import STRICT_GAP_M, columns_of, end_rows, legal_rows, lift, stack, through
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -22,13 +19,6 @@ from cps_envs.fdi.task import Task
 
 POLISH_SHARE = 0.5  # of the time limit
 PROVED_MPS = 1e-4  # a value this near its bound is the optimum
-
-
-class Extra(NamedTuple):
-    """The searches for an optimum that come before and after the integer program."""
-
-    plans: int = 0  # tried by annealing before it
-    exhaustive_s: float = 0.0  # of an exhaustive search after it, where it stays open
 
 
 def crossing_program(config: FdiConfig, task: Task, *, strict: bool = False) -> Program:
@@ -60,7 +50,6 @@ def cross(
     time_limit_s: float = 20.0,
     gap: float = 0.0,
     start: IntArray | None = None,
-    extra: Extra | None = None,
 ) -> Record:
     """The optimum of a task at the horizon of the configuration, or a value and a bound when time is up.
 
@@ -72,7 +61,6 @@ def cross(
             follows.
         gap: the part of the value by which it may miss the bound when the search stops; 0: prove the optimum.
         start: levels (m, q) of a known attack to begin with; without effect where it does not replay.
-        extra: what is done besides the integer program; nothing if left out.
 
     Raises:
         RuntimeError: a value above its bound, which would be a mistake in this program or in the solver.
@@ -82,54 +70,29 @@ def cross(
     lp_mps = relaxation_mps(config, task)
     if lp_mps is None:
         return Record(task, None, None, 0.0, INFEASIBLE, time.perf_counter() - started)
-    extra = extra or Extra()
-    if extra.plans:
-        start = anneal(config, task, start, extra.plans)
     limits, columns = Limits(time_limit_s, relative_gap=gap), columns_of(config, task.sensors)
     point = None if start is None else columns.inverse @ start.reshape(-1).astype(np.float64)
     program = crossing_program(config, task)
     found = solve(program, limits, point) if time_limit_s > 0 else UNSOLVED
     bound_mps, points = min(lp_mps, _speed(found.bound)), [point, found.columns]
-    if found.columns is not None and _replayed(config, task, [found.columns])[0] is None:
+    if found.columns is not None and replayed(config, task, [found.columns])[0] is None:
         program = crossing_program(config, task, strict=True)
         points.append(solve(program, limits, point).columns)
-    value_mps, injections = _replayed(config, task, points)
+    value_mps, injections = replayed(config, task, points)
     if found.status == TIME_LIMIT and injections is not None:
         best = columns.inverse @ injections.reshape(-1).astype(np.float64)
         polished = polish(program, config.horizon, best, POLISH_SHARE * time_limit_s)
-        value_mps, injections = _replayed(config, task, [best, polished])
-    bound_mps = _checked(bound_mps, value_mps, task)
+        value_mps, injections = replayed(config, task, [best, polished])
+    bound_mps = checked(bound_mps, value_mps, task)
     record = Record(task, lp_mps, value_mps, bound_mps, TIME_LIMIT, 0.0, injections)
-    record = replace(record, status=_status(record, found.status))
-    if extra.exhaustive_s > 0 and not record.closed:
-        record = _exhausted(config, record, extra.exhaustive_s)
-    return replace(record, wall_s=time.perf_counter() - started)
-
-
-def _exhausted(config: FdiConfig, record: Record, time_limit_s: float) -> Record:
-    """A record after an exhaustive search for something better; see `enumeration`."""
-    task, program, columns = record.task, crossing_program(config, record.task), columns_of(config, record.task.sensors)
-    moving = np.abs(lift(config, task.sensors).errors[1:].reshape(-1, len(program.cost)) @ columns.transform)
-    passive = moving.max(axis=0) < NEGLIGIBLE
-    best_mps = -1.0 if record.value_mps is None else record.value_mps
-    found = exhaust(program, passive, best_mps, lambda point: _replayed(config, task, [point])[0], time_limit_s)
-    if found.best is not None:
-        value_mps, injections = _replayed(config, task, [found.best])
-        record = replace(record, value_mps=value_mps, injections=injections)
-    if not found.finished:
-        return record
-    if record.value_mps is None and found.bound_mps <= FASTER_MPS:
-        return replace(record, bound_mps=0.0, status=INFEASIBLE)
-    bound_mps = _checked(min(record.bound_mps, found.bound_mps), record.value_mps, task)
-    record = replace(record, bound_mps=bound_mps)
-    return replace(record, status=_status(record, ""))
+    return replace(record, status=status_of(record, found.status), wall_s=time.perf_counter() - started)
 
 
 def merged(first: Record, second: Record) -> Record:
     """What two searches for the same optimum know together: the higher value, the lower bound."""
     better = second if (second.value_mps or -1) > (first.value_mps or -1) else first
     both = replace(better, bound_mps=min(first.bound_mps, second.bound_mps), wall_s=first.wall_s + second.wall_s)
-    proved = INFEASIBLE if INFEASIBLE in (first.status, second.status) else _status(both, "")
+    proved = INFEASIBLE if INFEASIBLE in (first.status, second.status) else status_of(both)
     return replace(both, status=proved if proved != TIME_LIMIT else second.status)
 
 
@@ -138,7 +101,7 @@ def _speed(objective: float) -> float:
     return max(0.0, -objective)
 
 
-def _replayed(
+def replayed(
     config: FdiConfig, task: Task, points: Sequence[FloatArray | None]
 ) -> tuple[float | None, IntArray | None]:
     """Speed and levels (m, q) of the fastest of the solutions that replay; the first of equals."""
@@ -157,8 +120,12 @@ def _replayed(
     return best_mps, best
 
 
-def _checked(bound_mps: float, value_mps: float | None, task: Task) -> float:
-    """The bound, not below the value."""
+def checked(bound_mps: float, value_mps: float | None, task: Task) -> float:
+    """The bound, not below the value.
+
+    Raises:
+        RuntimeError: it is clearly below it.
+    """
     if value_mps is None:
         return bound_mps
     if bound_mps < value_mps - 1e-6:
@@ -166,7 +133,8 @@ def _checked(bound_mps: float, value_mps: float | None, task: Task) -> float:
     return max(bound_mps, value_mps)
 
 
-def _status(record: Record, solver_status: str) -> str:
+def status_of(record: Record, solver_status: str = "") -> str:
+    """What a record and its solver prove about the optimum."""
     if solver_status == SOLVER_INFEASIBLE:
         return INFEASIBLE
     if record.value_mps is not None and record.bound_mps - record.value_mps <= PROVED_MPS:

@@ -6,7 +6,7 @@ Both give certified impact speeds, for episodes without a defender.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_baselines.fdi.cross import PROVED_MPS, Extra, cross, merged
+from cps_baselines.fdi.cross import PROVED_MPS, cross, merged
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import Limits, Program, solve
 from cps_baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack
@@ -28,6 +28,8 @@ from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task, all_tasks
+
+Search = Callable[[FdiConfig, Task, float, float, IntArray | None], Record]
 
 
 def paper_tasks(num_vehicles: int) -> Sequence[Task]:
@@ -48,7 +50,7 @@ def sweep(
     *,
     time_limit_s: float = 20.0,
     gap: float = 0.0,
-    extra: Extra | None = None,
+    search: Search = cross,
     jobs: int = 1,
 ) -> Iterator[Record]:
     """Records of the tasks as they get done, merged with what is known already.
@@ -62,24 +64,24 @@ def sweep(
         known: earlier records.
         time_limit_s: of each integer program, s.
         gap: see `cross`.
-        extra: the same.
+        search: finds the optimum of one task, with the parameters of `cross`.
         jobs: how many at a time.
     """
     found = dict(known)
-    search = partial(_searched, config, time_limit_s, gap, extra)
+    searched = partial(_searched, search, config, time_limit_s, gap)
     with Workers(jobs) as workers:
         for _, alike in groupby(tasks, key=lambda task: task.sensors.count):
             work = [(task, best_start(task, found.values())) for task in alike]
-            for (task, _), record in workers.run(search, work):
+            for (task, _), record in workers.run(searched, work):
                 found[task] = merged(known[task], record) if task in known else record
                 yield found[task]
 
 
 def _searched(
-    config: FdiConfig, time_limit_s: float, gap: float, extra: Extra | None, work: tuple[Task, IntArray | None]
+    search: Search, config: FdiConfig, time_limit_s: float, gap: float, work: tuple[Task, IntArray | None]
 ) -> Record:
     task, start = work
-    return cross(config, task, time_limit_s, gap, start, extra)
+    return search(config, task, time_limit_s, gap, start)
 
 
 def best_start(task: Task, records: Iterable[Record]) -> IntArray | None:

@@ -54,7 +54,7 @@ JOBS = (
         learns=True,
     ),
     Job("report", f"report rogue --attacker square --defender pd --episodes 2 --jobs 1 {SHORT}"),
-    Job("certify", "certify --preset paper --task v1>1 --anneal 0 --exhaust 0 --jobs 1", out="--out {}/optima.json"),
+    Job("certify", "certify --preset paper --task v1>1 --jobs 1", out="--out {}/optima.json"),
     Job(
         "dataset",
         f"dataset rogue --role attacker --attacker square --defender pd --episodes 2 {SHORT}",

@@ -1,0 +1,1 @@
+"""Searches behind the certified impact speeds that ship."""
