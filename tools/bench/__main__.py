@@ -20,7 +20,7 @@ from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near, require
-from tools.bench.before import BEFORE
+from tools.bench.before import published
 from tools.bench.suite import LEARNING, PARTS, judge, plan
 from tools.command import run
 
@@ -78,12 +78,13 @@ def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) 
     }
 
 
-def _before(key: str, form: str) -> Any:
-    """The value of a row before this version, see `before.BEFORE`."""
+def _before(form: str) -> Any:
+    """What a row was at an older commit, see `tools.bench.against`."""
+    rows = published()["rows"]
 
     def cell(row: Row) -> str:
-        values = BEFORE.get((row.part, row.name), {})
-        return format(values[key], form) if key in values else "-"
+        values = rows.get(f"{row.part}: {row.name}", {})
+        return format(values["before"], form) if "before" in values else "-"
 
     return cell
 
@@ -99,7 +100,7 @@ COLUMNS: Columns = {
         (
             ("M/s", number("work_per_s", factor=1e-6)),
             ("ns each", number("substep_ns", ".3g")),
-            ("before", _before("substep_ns", ".3g")),
+            ("before", _before(".3g")),
             ("of its limit", _limit),
             ("us/step", number("step_us")),
             ("kB", number("episode_kb")),
@@ -112,14 +113,14 @@ COLUMNS: Columns = {
             ("one", number("alone_per_s", ",.0f")),
             ("all", number("together_per_s", ",.0f")),
             ("gain", number("speed_up", ".2f")),
-            ("before", _before("speed_up", ".2f")),
+            ("before", _before(".2f")),
         ),
     ),
     "resets": (
         "Resets of 1,024 environments against none: microseconds for each",
         (
             ("seeded", number("reset_us", ".2f")),
-            ("before", _before("reset_us", ".1f")),
+            ("before", _before(".1f")),
             ("not seeded", number("again_us", ".2f")),
         ),
     ),
@@ -131,7 +132,6 @@ COLUMNS: Columns = {
             ("x none", number("times_none_1", ".2f")),
             ("us, 64", number("us_64")),
             ("x none", number("times_none_64", ".2f")),
-            ("before", _before("times_none_64", ".2f")),
         ),
     ),
     "learning": (
