@@ -17,7 +17,7 @@ from cps_agents.cli import whole
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.testbed.problem import TESTBED
-from cps_paper.commands.chapters import COMMANDS
+from cps_paper.commands.chapters import COMMANDS, Command
 from cps_paper.printed.items import Item, Place, items
 from tools.pages import __main__ as docs
 
@@ -73,6 +73,16 @@ def numbers(item: Item) -> Iterator[tuple[str, str]]:
     if known:
         first, last = known.index(ends[0]), known.index(ends[-1])
         yield from ((kind, number) for number in known[first : last + 1])
+
+
+@pytest.mark.parametrize("command", [each for each in COMMANDS if each.parts], ids=lambda each: each.name)
+def test_a_command_names_the_parts_of_its_chapter(command: Command) -> None:
+    known, text = list(command.load().parts), command.parts.removeprefix("Only this part: ").partition(";")[0]
+    named = []
+    for each in re.split(", | or ", text):
+        first, _, last = each.partition(" to ")
+        named += known[known.index(first) : known.index(last or first) + 1]
+    assert sorted(named) == sorted(known)
 
 
 @pytest.mark.parametrize("item", items(), ids=lambda item: item.name)
