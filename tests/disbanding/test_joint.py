@@ -119,6 +119,27 @@ def test_a_row_that_cannot_be_kept_gives_way() -> None:
     assert np.allclose(commands[:, 0], -5.0, atol=0.2)
 
 
+def test_a_row_that_gives_way_is_charged_its_price() -> None:
+    """The optimality conditions of the program with 300 per metre, from dense matrices: stationary, complementary."""
+    shape, settings = (COUNT, SETTINGS.horizon), SETTINGS
+    scratch = joint_scratch(*shape)
+    scratch.linear[:], scratch.low[:], scratch.high[:] = -1.0, -np.inf, np.inf
+    scratch.low[0], scratch.high[0] = -5.0, 1.0
+    scratch.low[2], scratch.low[2, 0, -1] = 0.0, 10.0  # out of reach
+    commands, multipliers = np.zeros(shape), np.zeros((3, *shape))
+    solve_joint(design_joint(settings, TAU_S, COUNT), COUNT, commands, multipliers, 20_000, 1e-8, scratch)
+    hessian, rows = dense_program()
+    prices = [penalty * each for penalty, each in zip(PENALTIES, multipliers, strict=True)]
+    slope = hessian @ commands.ravel() + scratch.linear.ravel()
+    slope += sum(row.T @ price.ravel() for row, price in zip(rows, prices, strict=True))
+    assert np.abs(slope).max() < 0.5  # of prices up to 300; `dense_program` drives by Euler steps
+    gaps = (rows[2] @ commands.ravel()).reshape(shape)
+    missing = scratch.low[2] - gaps
+    assert (missing > 0.5).any()
+    assert np.allclose(-prices[2][missing > 0.01], CAPS[2])
+    assert np.allclose(prices[2][missing < -0.01], 0.0)
+
+
 def test_the_wishes_of_a_long_string_do_not_break_the_first_gap() -> None:
     """Every vehicle wants to go faster. What the first gap costs then is what all of them want, not what one does."""
     settings, count = replace(SETTINGS, horizon=2), 50
@@ -129,7 +150,7 @@ def test_the_wishes_of_a_long_string_do_not_break_the_first_gap() -> None:
     scratch.low[2] = 0.0
     commands, multipliers = np.zeros(shape), np.zeros((3, *shape))
     solve_joint(design_joint(settings, TAU_S, count), count, commands, multipliers, 4000, 1e-6, scratch)
-    assert scratch.rows[2, 0].min() > -0.5  # a price of at most 30 would leave a metre; an unfinished iteration, 0.2
+    assert scratch.rows[2, 0].min() > -0.6  # at a price of 30 a dense solution leaves 1.2 m, at 300 0.52 m
     assert -PENALTIES[2] * multipliers[2, 0].min() > 50.0
 
 

@@ -189,10 +189,10 @@ def project(count: int, multipliers: Vector, s: JointScratch) -> float:
             for m in range(s.room.size):
                 relaxed = RELAXATION * s.rows[row, i, m] + (1.0 - RELAXATION) * s.split[row, i, m]
                 relaxed += multipliers[row, i, m]
-                within = clip(relaxed, s.low[row, i, m], s.high[row, i, m])
-                multipliers[row, i, m] = clip(relaxed - within, -cap, cap)
-                s.split[row, i, m] = within
-                broken = max(broken, abs(s.rows[row, i, m] - within))
+                outside = relaxed - clip(relaxed, s.low[row, i, m], s.high[row, i, m])
+                multipliers[row, i, m] = clip(outside, -cap, cap)
+                s.split[row, i, m] = relaxed - multipliers[row, i, m]
+                broken = max(broken, abs(s.rows[row, i, m] - s.split[row, i, m]))
     return broken
 
 
