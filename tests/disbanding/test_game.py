@@ -168,6 +168,7 @@ def test_attacker_rows_are_in_the_paper_s_numbering() -> None:
     assert np.allclose(view["leader_gap"][0], gaps[[29, 19, 9]], atol=1e-3)
     inner = np.delete(gaps, [9, 19, 29]).reshape(4, 9)[::-1]
     assert np.allclose(view["min_gap"][0], inner.min(axis=1), atol=1e-3)
+    assert np.allclose(view["mean_gap"][0], inner.mean(axis=1), atol=1e-3)
     assert view["budget_left"][0] == pytest.approx(1)
 
 
@@ -199,6 +200,9 @@ def test_swarm_rows_agree_with_the_state() -> None:
     own_law = seen(game, "defender")["law_command"][0]
     assert np.allclose(rows["law_command"][0], own_law, atol=1e-4)
     assert np.allclose(rows["predecessor_command"][0, 1:], np.clip(state.command[0, :-1], -5, 1), atol=1e-4)
+    assert rows["since_disbanding_s"][0] == pytest.approx([0.0] * 10 + [4.0] * 30, abs=1e-3)
+    assert rows["ahead_speed"][0] == pytest.approx([31.0] * 10 + [state.speed[0, 9]] * 30, abs=1e-4)
+    assert np.allclose(rows["ahead_distance"][0, 10:], state.position[0, 9] - state.position[0, 10:], atol=1e-2)
 
 
 def test_local_swarm_rewards_are_the_vehicles_own_errors() -> None:

@@ -101,8 +101,14 @@ def test_the_jam_moves_and_ends_with_its_budget() -> None:
     assert game.action_mask("attacker")[0].tolist() == [True] * 8  # nobody drives behind platoon 1
     go(game, JAM + 4)
     assert not game.action_mask("attacker")[0, JAM + 4]
-    go(game, JAM + 2, num_steps=20)
     seen = game.fields["attacker"].decode(game.observe("attacker"))
+    assert seen["jammed"][0].tolist() == [0, 0, 1]  # ahead of platoons 1 to 3
+    go(game, JAM + 2)
+    seen = game.fields["attacker"].decode(game.observe("attacker"))
+    assert seen["jammed"][0].tolist() == [1, 0, 0]
+    go(game)
+    seen = game.fields["attacker"].decode(game.observe("attacker"))
+    assert seen["jammed"][0].tolist() == [0, 0, 0]
     assert seen["jam_left_s"][0] == pytest.approx(0, abs=1e-6)
     assert not game.action_mask("attacker")[0, JAM + 2 :].any()
     assert game.state.jam_place[0] == -1

@@ -75,7 +75,9 @@ SEEN_DISBANDING = (
         "tests/disbanding/test_radio.py",
         "what_the_radio_is_like_shows_before_an_attack_in_the_silence_alone",
         "silence_tells_a_jam_from_peace_in_both_forms",
+        "the_jam_moves_and_ends_with_its_budget",
     ),
+    *_of("tests/disbanding/test_circumstances.py", "attacks_open_late_and_keep_a_pause"),
 )
 STARTED_DISBANDING = (
     *_of(
