@@ -18,7 +18,7 @@ from cps_agents.arena.meeting import Result
 from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
 from cps_agents.arena.store import Store
-from cps_agents.arena.table import Table, scores
+from cps_agents.arena.table import RETURN, Table, scores
 from cps_agents.errors import CommandError
 from cps_agents.zoo.references import is_trained
 from cps_baselines.workers import Workers
@@ -103,7 +103,7 @@ class Standing:
     differences: Mapping[str, Estimate]  # to each baseline, policy minus baseline
     cautions: Mapping[str, str]  # what the interval of a difference leaves out, by baseline
     values: FloatArray  # (training seeds, episodes)
-    worst_seed: float | None  # the mean of the worst of several training seeds
+    worst_seed: float | None  # the mean of the worst of several training seeds; None of a metric that is no pay
 
     @property
     def hides_its_worst(self) -> bool:
@@ -175,7 +175,7 @@ def _standing(table: Table, role: Role, opponent: str, name: str, values: Mappin
         differences={other: difference([mine], [values[other]]) for other in others},
         cautions={other: text for other in others if (text := caution(other, values[other]))},
         values=mine,
-        worst_seed=worst_of(mine, role),
+        worst_seed=worst_of(mine, role) if table.metric == RETURN else None,
     )
 
 

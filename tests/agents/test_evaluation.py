@@ -11,6 +11,7 @@ import pytest
 
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.table import Table, scores
+from cps_agents.commands.evaluate import ranges
 from cps_agents.evaluation import Standing, is_better, worst_of
 from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
 from cps_baselines.arena import Contestant, Venue
@@ -140,6 +141,25 @@ def test_the_worst_training_seed_stands_in_the_table(tiny: str) -> None:
     assert first["worst_seed"] == pytest.approx(np.mean(first["values"], axis=1).min())
     assert (square["worst_seed"], square["hides_its_worst"]) == (None, False)
     assert {"worst", "seed"} <= set(invoke(*arguments).stdout.split())
+
+
+def test_a_metric_counts_over_all_training_seeds_and_episodes(tiny: str) -> None:
+    """Nobody says whether more of a metric is worse, so its table has ranges and no worst seed, and no colours."""
+    arguments = [*ROGUE, "--attacker", tiny, "--baseline", "square", "--episodes", "4", "--metric", "collisions"]
+    printed = set(invoke(*arguments).output.split())
+    found = json.loads(invoke(*arguments, "--json").stdout)["standings"][0]
+    values = np.array(found["values"])
+    assert values.shape == (3, 4)
+    assert found["mean"] == pytest.approx(values.mean())
+    assert (found["worst_seed"], found["hides_its_worst"]) == (None, False)
+    assert ranges(values)[1] == f"{values.min():.4g} to {values.max():.4g}"
+    assert {"least", "most"} <= printed
+    assert {"worst", "green"}.isdisjoint(printed)
+
+
+def test_ranges_are_of_seeds_and_of_episodes() -> None:
+    assert ranges(np.array([[1.0, 3.0], [-2.0, 8.0], [0.5, 0.5]])) == ("0.5 to 3", "-2 to 8")
+    assert ranges(np.array([[1.0, 3.0]])) == ("", "1 to 3")
 
 
 def test_a_worst_seed_outside_its_interval_is_marked() -> None:

@@ -35,7 +35,7 @@ from cps_agents.sheet import Cell, Sheet, styled
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import near
-from cps_envs.core.types import Role, other
+from cps_envs.core.types import FloatArray, Role, other
 
 BASELINE = "Compare with this policy, or with `all` that can play; may be repeated."
 METRIC = "Measure this metric; `return` is what the attacker is paid."
@@ -145,16 +145,16 @@ def _check(table: Table) -> None:
 
 
 def _print(table: Table, role: Role, standings: list[Standing]) -> None:
-    opponent, bars = standings[0].opponent, [each.name for each in table.bars]
+    opponent, bars, is_pay = standings[0].opponent, [each.name for each in table.bars], table.metric == RETURN
     rows = [
         [
             styled("(baseline)", "dim", f"{each.policy} ") if each.is_baseline else each.policy,
             f"{each.mean.seeds} x {each.mean.episodes}",
             f"{each.mean.mean:.4g}",
             _interval(each.mean),
-            _worst(each),
+            *(_worst(each) if is_pay else ranges(each.values)),
             f"{each.iqm.mean:.4g}",
-            *(_difference(each, name, role) for name in bars),
+            *(_difference(each, name, role if is_pay else None) for name in bars),
         ]
         for each in standings
     ]
@@ -165,7 +165,7 @@ def _print(table: Table, role: Role, standings: list[Standing]) -> None:
         "seeds x episodes",
         "mean",
         "95 % interval",
-        "worst seed",
+        *(("worst seed",) if is_pay else ("least and most of a seed", "of an episode")),
         "IQM",
         *(f"minus {name}{MARK if name in cautions else ''}" for name in bars),
     )
@@ -175,23 +175,32 @@ def _print(table: Table, role: Role, standings: list[Standing]) -> None:
     if any(each.hides_its_worst for each in standings):
         out().print(f"{HIDDEN} the worst training seed lies outside the interval of the mean.")
     if bars:
-        err().print("Differences: mean and interval; green or red where it excludes zero, for or against the policy.")
+        colours = "; green or red where it excludes zero, for or against the policy" if is_pay else ""
+        err().print(f"Differences: mean and interval{colours}.")
 
 
-def _worst(standing: Standing) -> str:
+def _worst(standing: Standing) -> tuple[str]:
     if standing.worst_seed is None:
-        return ""
-    return f"{standing.worst_seed:.4g}{f' {HIDDEN}' if standing.hides_its_worst else ''}"
+        return ("",)
+    return (f"{standing.worst_seed:.4g}{f' {HIDDEN}' if standing.hides_its_worst else ''}",)
+
+
+def ranges(values: FloatArray) -> tuple[str, str]:
+    """Of a metric, of which nobody says whether more is worse: the range of training seeds, and of all episodes."""
+    means = values.mean(axis=1)
+    seeds = f"{means.min():.4g} to {means.max():.4g}" if len(means) > 1 else ""
+    return seeds, f"{values.min():.4g} to {values.max():.4g}"
 
 
 def _interval(found: Estimate) -> str:
     return "none" if found.low is None or found.high is None else f"{found.low:.4g} to {found.high:.4g}"
 
 
-def _difference(standing: Standing, baseline: str, role: Role) -> Cell:
+def _difference(standing: Standing, baseline: str, role: Role | None) -> Cell:
+    """In green or red for a role that the number is good or bad for; for none, without a colour."""
     if baseline not in standing.differences:
         return ""
     found = standing.differences[baseline]
     text = f"{found.mean:+.4g}\n{_interval(found)}"
-    better = is_better(found, role)
+    better = None if role is None else is_better(found, role)
     return text if better is None else styled(text, "green" if better else "red")
