@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,23 +77,3 @@ class Evolution:
             return None
         self._strategy.tell(points, (-values).tolist())
         return Generation(np.array(points), values)
-
-
-def evolve(
-    evaluate: Callable[[FloatArray, int], FloatArray],
-    origin: FloatArray,
-    spread: float,
-    *,
-    population: int,
-    generations: int,
-    seed: int | Sequence[int],
-) -> Iterator[tuple[float, FloatArray]]:
-    """The best candidate (k,) of each generation with its value, which is maximised.
-
-    `evaluate` gives the values (P,) of candidates (P, k) in the generation that it is told.
-    """
-    run = Evolution(origin, spread, population=population, seed=seed)
-    for number in range(generations):
-        found = run.step(lambda points, number=number: evaluate(points, number))  # type: ignore[misc]
-        assert found is not None
-        yield found.best

@@ -25,12 +25,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.evolution import evolve
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.state import State, allocate
+from tools.evolving import evolve
 
 SAMPLE_S = 1.0  # how often the drivers' places are looked at; fewer looks only lower the bound
 FRONT = ("position", "speed", "acceleration")

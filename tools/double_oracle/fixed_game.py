@@ -13,7 +13,6 @@ from itertools import product
 
 import numpy as np
 
-from cps_baselines.evolution import evolve
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_envs.core.config import configure
@@ -25,6 +24,7 @@ from cps_envs.core.types import Array, FloatArray, IntArray, Role
 from cps_envs.rogue.config import PAPER, RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import REPORTED, world_config
+from tools.evolving import evolve
 from tools.rogue.switching import SEARCHED
 
 REAR_LAWS, LAWS = "lsfh", "lsfrh"  # the rear vehicle has nobody behind it to follow

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.evolution import evolve
 from cps_baselines.rogue.identify import trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_envs.core.game import Game
@@ -22,6 +21,7 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from tools.evolving import evolve
 from tools.rivals.rogue import RESPONDED_TO
 
 SEARCHED, REPORTED = 40_000_000, 50_000_000  # first seeds of the worlds

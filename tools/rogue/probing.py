@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.evolution import evolve
 from cps_baselines.rogue.identify import known, trace_of
 from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, shipped_answers
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
@@ -27,6 +26,7 @@ from cps_envs.core.types import FloatArray, IntArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import ALL, REPORTED, world_config
+from tools.evolving import evolve
 from tools.rogue.switching import DEFENDERS, SEARCHED, SELECTED
 from tools.rogue.yardsticks import RATIOS as YARDSTICK_RATIOS
 from tools.rogue.yardsticks import shipped

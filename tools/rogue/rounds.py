@@ -17,7 +17,7 @@ from cps_agents.console import err, out
 from cps_agents.files import write_json
 from cps_agents.recipes.rogue import EXPLOITERS, SEARCHED, TUNED, WAVES
 from cps_agents.sheet import Sheet
-from cps_baselines.evolution import Evolution, evolve
+from cps_baselines.evolution import Evolution
 from cps_baselines.rogue.boxing_in import BoxingIn
 from cps_baselines.rogue.families import BOXING_IN
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
@@ -29,6 +29,7 @@ from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import REPORTED, world_config
 from tools.command import run
+from tools.evolving import evolve
 from tools.rogue.switching import SEARCHED as TRIED
 from tools.rogue.switching import SELECTED
 

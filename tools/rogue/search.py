@@ -10,7 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import Jobs, deliver
+from cps_agents.commands.options import Jobs
+from cps_agents.console import err, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.machine import available_cores
@@ -87,7 +88,7 @@ def search_switching(
                 starts[search.against, search.power_ratio] = tuple(result["weights"])
                 note = f"{search.label}: {result['verified']:.1f} m/s"
                 keep(len(found), note, document(found, names, ratios))
-    deliver(document(found, names, ratios), to, f"{count} searches")
+    _deliver(document(found, names, ratios), to, f"{count} searches")
 
 
 def document(
@@ -105,7 +106,16 @@ def _search_answers(ratio: list[float] | None, seed: int, jobs: int | None, to: 
     count = 2 * len(ratios) * len(DEFENDERS)
     with _keeping("searches", count, to) as keep, Workers(min(jobs or available_cores(), count)) as pool:
         found = search_answers(ratios, search, pool, keep, again=again)
-    deliver(found, to, f"{count} searches")
+    _deliver(found, to, f"{count} searches")
+
+
+def _deliver(result: Any, to: Path | None, said: str) -> None:
+    """Write a result as JSON and say so, or print it where no file is named."""
+    if to is None:
+        print_json(result)
+        return
+    write_json(to, result)
+    err().print(f"{said}: {to}", soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.evolution import evolve
 from cps_baselines.rogue.switching import SIZE
 from cps_envs.core.types import FloatArray
 from cps_paper.rogue.worlds import ALL, REPORTED, switching_damages
+from tools.evolving import evolve
 
 DEFENDERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
 SEARCHED, SELECTED = 10_000_000, 20_000_000  # first seeds of the worlds

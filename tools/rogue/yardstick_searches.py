@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_baselines.evolution import evolve
 from cps_baselines.rogue.beam import BEAMS, BeamPlanner, plan_by_beam
 from cps_baselines.rogue.identify import Identify, Known, known, trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
@@ -21,6 +20,7 @@ from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import REPORTED, world_config
+from tools.evolving import evolve
 from tools.rivals.rogue import ATTACKERS
 from tools.rogue.switching import SEARCHED, SELECTED, SwitchingSearch, search_switching
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from cps_agents.console import err, print_json
+from cps_agents.console import err
 from cps_agents.errors import CommandError
-from cps_agents.files import write_json
 from cps_envs.core.types import ROLES, Role
 
 MEETINGS = Path("results/meetings")
@@ -52,15 +51,6 @@ def role_named(text: str) -> Role:
     if found is None:
         raise CommandError(f"{text!r} is not a role: write attacker or defender")
     return found
-
-
-def deliver(result: Any, to: Path | None, said: str) -> None:
-    """Write a result as JSON and say so, or print it where no file is named."""
-    if to is None:
-        print_json(result)
-        return
-    write_json(to, result)
-    err().print(f"{said}: {to}", soft_wrap=True)
 
 
 def conclude(files: Sequence[Path], reused: int = 0, *notes: str) -> None:

@@ -13,7 +13,7 @@ from tools.reliability.fuzz.judging import Tally, limited
 from tools.reliability.fuzz.values import Generator
 
 ARGUMENTS = {"problem": "hvac", "role": "attacker", "result": "here.json", "runs": "runs", "parts": "fuzz"}
-NAMES = {"list": "hvac", "report": "hvac", "contest": "hvac", "train": "hvac-attack", "tune": "hvac-attack"}
+NAMES = {"list": "hvac", "report": "hvac", "train": "hvac-attack", "tune": "hvac-attack"}
 NAME = "hvac-attack"  # every other argument
 REQUIRED = {"best-response": ("--defender", "mtd2")}
 WRITTEN = ("--out", "--to", "--html", "--csv", "--plot", "--meetings", "--markdown", "--id")  # any word will do
