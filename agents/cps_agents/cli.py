@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import version
@@ -202,7 +202,7 @@ def told(ctx: Any, advice: Callable[[], str]) -> Iterator[None]:
         with ending():
             yield
     except KeyboardInterrupt as error:
-        err().print(f"Interrupted. {advice()}".strip(), soft_wrap=True)
+        _say(f"Interrupted. {advice()}".strip())
         raise typer.Exit(exit_code(error)) from None
     except Exception as error:
         message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
@@ -210,8 +210,13 @@ def told(ctx: Any, advice: Callable[[], str]) -> Iterator[None]:
             message = f"the option {option} is now {OPTIONS[option]}"
         if message is None:
             raise
-        err().print(f"[bold red]Error:[/] {_escaped(message)}", soft_wrap=True)
+        _say(f"[bold red]Error:[/] {_escaped(message)}")
         raise typer.Exit(WRONG_INPUT) from error
+
+
+def _say(line: str) -> None:
+    with suppress(OSError):  # of a full disk behind stderr: the exit code is told all the same
+        err().print(line, soft_wrap=True)
 
 
 def advice(command: Any) -> str:

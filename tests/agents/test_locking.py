@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import errno
+import io
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_at, alone_in
@@ -292,3 +294,47 @@ def test_a_full_disk_loses_no_score(full: str, tmp_path: Path, monkeypatch: pyte
     assert "No space left on device" in result.stderr
     printed, kept = played.line in result.stdout, path.is_file() and path.read_bytes() == entry.read_bytes()
     assert (printed, kept) == ((False, True) if full.endswith("_show") else (True, False))
+
+
+class Full(io.StringIO):
+    """A stream to a disk that has no room."""
+
+    def write(self, text: str) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def verifying(monkeypatch: pytest.MonkeyPatch, at_the_second: Callable[[], None]) -> tuple[Any, str]:
+    """What `score verify` of two files leads to where something happens at the second; the line of the first."""
+    entry = FOLDER / "rogue-attack" / "square.json"
+    checked: list[Path] = []
+
+    def check(path: Path, *, say: Callable[[str], None], **options: Any) -> Any:
+        if checked:
+            at_the_second()
+        checked.append(path)
+        say("80 episodes played again")
+        return read_score(path)
+
+    monkeypatch.setattr("cps_agents.commands.score.check", check)
+    return invoke("score", "verify", str(entry), str(entry)), f"{entry}: {read_score(entry).line}"
+
+
+@needs_signals
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_end_a_verification_with_what_was_verified(
+    number: int, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result, first = verifying(monkeypatch, lambda: signal.raise_signal(number))
+    assert (result.exit_code, result.stdout.splitlines()) == (code, [first])
+    assert "Interrupted." in result.stderr
+
+
+@pytest.mark.parametrize("stream", ["out", "err"])
+def test_a_full_disk_never_passes_for_a_verification(stream: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fill() -> None:
+        for module in ("cli", "commands.score") if stream == "err" else ("commands.score",):
+            monkeypatch.setattr(f"cps_agents.{module}.{stream}", lambda: Console(file=Full()))
+
+    result, first = verifying(monkeypatch, fill)
+    assert (result.exit_code, result.stdout.splitlines()) == (2, [first])
+    assert ("No space left on device" in result.stderr) == (stream == "out")
