@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -78,7 +79,9 @@ def test_untrained_it_plays_what_the_search_began_with(problem: str, name: str) 
 @pytest.mark.parametrize("entry", KEPT.values(), ids=map("-".join, KEPT))
 def test_searched_numbers_say_how_to_search_them_again(entry: dict[str, Any]) -> None:
     assert set(entry["numbers"]) == set(find_family(recipe_of(entry).family).names)
-    assert len(entry["commit"]) == 12
+    searches = [entry, *filter(None, [entry.get("then")])]
+    assert all(len(each["commit"]) == 12 for each in searches)
+    assert all(find_spec(each["command"].split()[2]) for each in searches[1:])  # python -m MODULE
 
 
 def test_each_number_is_an_option() -> None:

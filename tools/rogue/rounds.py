@@ -51,14 +51,14 @@ def damages(numbers: FloatArray, laws: FloatArray, ratio: float, worlds: range, 
         ROGUE.game(config, 1).spec("attacker"), np.repeat(np.tile(laws, (len(numbers), 1)), count, axis=0)
     )
     rows, seeds = np.repeat(numbers, len(laws) * count, axis=0), [*worlds] * (len(numbers) * len(laws))
-    done: FloatArray = _play(config, attacker, rows, seeds)["damage"].reshape(len(numbers), len(laws), count)
+    done: FloatArray = play(config, attacker, rows, seeds)["damage"].reshape(len(numbers), len(laws), count)
     return done
 
 
 def usual(numbers: FloatArray, first: int, episodes: int) -> FloatArray:
     """Damage (m/s) and formation cost (s) of each row of numbers (P, 38) where the usual attackers play, (P, 2)."""
     rows, seeds = np.repeat(numbers, episodes, axis=0), [*range(first, first + episodes)] * len(numbers)
-    played = [_play(boxed_in(EVERY_RATIO), attacker, rows, seeds) for attacker in USUAL]
+    played = [play(boxed_in(EVERY_RATIO), attacker, rows, seeds) for attacker in USUAL]
     paid = np.array([[each[name] for name in ("damage", "formation_cost_s")] for each in played])
     means: FloatArray = paid.reshape(len(USUAL), 2, len(numbers), episodes).mean(axis=(0, 3)).T
     return means
@@ -69,7 +69,8 @@ def boxed_in(ratio: float | tuple[float, float], *, refined: bool = False) -> Ro
     return replace(world_config(ratio, refined=refined), defense_action="command")
 
 
-def _play(config: RogueConfig, attacker: PolicyReference, numbers: FloatArray, seeds: list[int]) -> dict[str, Array]:
+def play(config: RogueConfig, attacker: PolicyReference, numbers: FloatArray, seeds: list[int]) -> dict[str, Array]:
+    """One episode per seed, each against its own row of numbers (B, 38)."""
     defender = BoxingIn(ROGUE.game(config, 1).spec("defender"), numbers)
     return play_episodes(ROGUE, config, {"attacker": attacker, "defender": defender}, seeds)
 

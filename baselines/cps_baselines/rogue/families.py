@@ -127,9 +127,8 @@ def box_in(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     """Holds a known attacker between its two neighbors, which come up to it softly; the others give way.
 
     `numbers` are those of `Manners`, behind and ahead of the attacker, such as `ahead_slow_mps`; left out, the searched
-    ones of `searched.json`. There `ahead_slow_mps` is set by hand: the search had put it above the platoon's speed, so
-    that the vehicles ahead let the attacker alone whenever it fell back. With `untrained` it plays the hand-set numbers
-    that the search began with.
+    ones of `searched.json`: of policy search, and then of rounds in which attacks and numbers were searched in turn.
+    With `untrained` it plays the hand-set numbers that the first search began with.
 
     Raises:
         ConfigurationError: an unknown number, or what `BoxingIn` refuses.
