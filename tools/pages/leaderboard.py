@@ -20,9 +20,11 @@ over episodes and training seeds. Entries share a rank where their difference, i
 chance. Told entries know more than their role observes, and have no rank. Click a heading to sort.
 [Submit](submit.md) says how to add a row. `cps-envs score board` prints the same.
 
-*Best response* is what the attacker is paid, on fresh episodes, against the strongest opponent that was found: among
-all known ones, by a search, or by our own PPO (`cps-envs best-response --entry`). Of a network, the training seed plays
-that validation chose. A stronger opponent may exist. Where nobody has looked stands -.
+*Best response* is what the attacker is paid where the strongest opponent that was found plays, with a 95 % interval
+over fresh episodes, and what found it: `known` are the computed and shipped policies, `search` tries the numbers of
+hand-made ones, `shared-ppo` is our own PPO (`cps-envs best-response --entry`). The less is better for the entry in a
+track of defenders, the more in one of attackers. Of a network, the training seed plays that validation chose. A
+stronger opponent may exist. Where nobody has looked stands -.
 """
 
 
@@ -49,6 +51,7 @@ def _facts(frozen: Frozen, rows: Sequence[BoardEntry]) -> str:
         f"Both are means over {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
         *(f"The score of `{NETWORK}` took {each:.0f} CPU s." for each in spent),
         *filter(None, [agreement(rows)]),
+        *(row.exploit.sentence(row.name, problem.unit) for row in rows if row.exploit),
         f"Digest `{frozen.digest}`.",
     ]
     return "\n".join(f"* {each}" for each in facts)

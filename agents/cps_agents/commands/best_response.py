@@ -36,7 +36,7 @@ from cps_agents.league.venues import venue_against
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.recipes.finding import usual_recipe
-from cps_agents.scoring.exploits import Exploit, entry_at, keep_exploit
+from cps_agents.scoring.exploits import KNOWN, Exploit, entry_at, keep_exploit
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.references import is_trained
 from cps_baselines.arena import Contestant
@@ -44,7 +44,7 @@ from cps_envs import find_problem
 from cps_envs.core.types import Role, other
 
 AGAINST = "Respond to this {}: its name or zoo:NAME. May be repeated: several are mixed."
-KNOWN = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
+COMPARED = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
 PRESET = "Preset of the environment; default: the one the opponent learned in, or else the recipe's."
 ENTRY = "Respond to this entry of a board, leaderboard/v1/TRACK/NAME.json, in its game; keep what is found."
 LEAST_EPISODES = 16  # for a board
@@ -67,7 +67,7 @@ def best_response(
     steps: Steps = None,
     budget: BudgetS = None,
     seeds: Annotated[int, typer.Option(min=1, help="Use so many training seeds.")] = 1,
-    known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
+    known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=COMPARED)] = None,
     league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
     episodes: Annotated[
         int, typer.Option(min=1, max=1_000_000, help="Judge on so many episodes, on seeds 0, 1, ...")
@@ -130,21 +130,19 @@ def _entered(entry: Path, problem: str, role: Role) -> tuple[list[str] | None, l
 
 def _keep(entry: Path, judgement: Judgement, known: Sequence[Contestant], responses: Responses) -> None:
     """Keep the best of all that played for the entry's board."""
-    names = {each.name: ("known", each.reference) for each in known}
+    names = {each.name: (KNOWN, each.reference) for each in known}
     names |= {f"{each.oracle}, seed {each.seed}": (each.oracle, each.reference) for each in responses.found}
     by, reference = names[judgement.best]
-    score, pay = entry_at(entry), judgement.pay
-    assert pay.low is not None
-    assert pay.high is not None
+    oracle, best_known = names[judgement.response][0], names[judgement.known][1]
+    score = entry_at(entry)
     kept = Exploit(
         policy=score.policy,
         sources=score.sources,
         by=by,
-        response="" if by != "known" and is_trained(reference) else reference,  # a network that lies in `--out`
-        pay=round(pay.mean, 4),
-        low=round(pay.low, 4),
-        high=round(pay.high, 4),
-        episodes=pay.episodes,
+        response="" if by != KNOWN and is_trained(reference) else reference,  # a network that lies in `--out`
+        pay=judgement.pay,
+        over=oracle if by == KNOWN else best_known,
+        gain=judgement.gain,
         cpu_s=responses.cpu_s,
     )
     _note(f"On the board: {keep_exploit(entry, kept)}")
