@@ -250,7 +250,8 @@ def test_the_board_ranks_ties_alike_and_leaves_told_ones_out(folder: Path, tmp_p
     assert rows["told"] == 0
     assert rows["a"] == rows["b"] == 1
     assert rows["idle"] in (1, 3)
-    assert "Rank 1 of 3" in board.rank_line(score("fdi-defense", "cusum"), tmp_path)
+    line = board.rank_line(score("fdi-defense", "cusum"), tmp_path)
+    assert line == "Rank 1 on the board: of its 3 entries none is surely better."
     front = board.front({"fdi-defense": board.board(DEFENSE, tmp_path)})
     assert front.rows[0][3] == board.NONE_YET
 

@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from cps_agents.arena.admission import short_name
 from cps_agents.arena.meeting import Meeting, Preparation, Result, make_meeting, make_preparation
 from cps_agents.zoo.references import SB3, by_training_seed
 from cps_baselines.arena import Contestant, Venue
@@ -78,7 +79,7 @@ class Table:
 
     def label(self, pair: Pair) -> str:
         """Its name in progress bars."""
-        attacker, defender = (each.name for each in self.pair(pair).values())
+        attacker, defender = (short_name(each.name) for each in self.pair(pair).values())
         return f"{self.name} {attacker} {defender}" if self.name else f"{attacker} - {defender}"
 
     def preparations(self, pair: Pair, quick: bool) -> dict[Role, Preparation]:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from cps_agents.arena.admission import ALL, able, usual
+from cps_agents.arena.admission import ALL, able, short_name, usual
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Table
@@ -169,7 +169,7 @@ def _print(table: Table, role: Role, standings: list[Standing]) -> None:
         "IQM",
         *(f"minus {name}{MARK if name in cautions else ''}" for name in bars),
     )
-    out().print(Sheet(f"{role} against {opponent}: {measured}", columns, rows))
+    out().print(Sheet(f"{role} against {short_name(opponent)}: {measured}", columns, rows))
     for name, text in cautions.items():
         out().print(f"{MARK} {name}: {text}.", markup=False, soft_wrap=True)
     if any(each.hides_its_worst for each in standings):

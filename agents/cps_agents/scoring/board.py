@@ -125,7 +125,8 @@ def rank_line(score: Score, folder: Path | None = None) -> str:
     if not score.kind.ranked:
         return "Without a rank: it is told more than its role observes."
     better = sum(each.minus(score).excludes_zero and each.estimate.mean > score.estimate.mean for each in others)
-    return f"Rank {better + 1} of {len(others)} on the board: {better} are surely better."
+    count = {0: "none is", 1: "one is"}.get(better, f"{better} are")
+    return f"Rank {better + 1} on the board: of its {len(others)} entries {count} surely better."
 
 
 def table(track: Track, rows: Sequence[BoardEntry]) -> Sheet:
