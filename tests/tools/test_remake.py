@@ -19,6 +19,7 @@ from cps_agents.zoo.files import read_pair, shipped_names
 from cps_baselines.arena import Venue
 from cps_envs import PROBLEMS
 from tests.agents.trained import save_tiny
+from tests.test_pages import parse
 from tools.command import program
 from tools.remake import steps as module
 from tools.remake.__main__ import remake
@@ -58,6 +59,12 @@ def test_a_step_goes_on_where_it_stopped_and_its_mixtures_are_shipped() -> None:
     assert first[:2] == ["self-play", "rogue"]
     assert first[-3:] == ["--resume", "--out", "runs/self-play-rogue"]
     assert second == ["zoo", "mix", "runs/self-play-rogue/self-play.json", "--to", "zoo"]
+
+
+def test_cards_hold_commands_of_today() -> None:
+    for step in steps():
+        for arguments in calls(step, Path("runs"), Path("zoo"), 1):
+            parse(arguments, step.command)
 
 
 def test_the_commands_are_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

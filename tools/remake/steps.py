@@ -21,7 +21,6 @@ from cps_agents.zoo.files import START, read_pair, shipped_names
 from cps_envs.core.errors import near
 from cps_envs.core.types import Array
 
-RENAMED = {"--attackers": "--attacker", "--defenders": "--defender"}  # options of older commands
 PROGRAM = (sys.executable, "-c", "from cps_agents.cli import main; main()")
 
 
@@ -71,7 +70,7 @@ def _step(card: Card, cards: Sequence[Card]) -> Step:
 
 def calls(step: Step, runs: Path, to: Path, jobs: int | None) -> list[list[str]]:
     """The arguments of `cps-envs` that do a step; where they have begun before, they go on."""
-    arguments = [RENAMED.get(word, word) for word in shlex.split(step.command)[1:]] + ["--resume"]
+    arguments = [*shlex.split(step.command)[1:], "--resume"]
     arguments += ["--jobs", str(jobs)] if jobs else []
     if arguments[0] == "train":
         return [[*arguments, "--out", str(runs), "--to", str(to)]]
