@@ -29,5 +29,5 @@ class Training:
     practised: Mapping[str, Any] = field(default_factory=dict)  # fields that training episodes of preset learning have
     sampled: bool = False  # whether a trained policy should draw its actions, as it does where rare events count
     num_envs: int = 64
-    total_timesteps: int = 1_000_000  # rows for which the role's page trains, CPU minutes
+    total_timesteps: int = 2_000_000  # rows for which the role's page trains: a few CPU minutes
     ppo: Mapping[str, Any] = field(default_factory=dict)

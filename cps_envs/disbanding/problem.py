@@ -37,6 +37,7 @@ DISBANDING = Problem(
     training={
         "attacker": Training(
             adapter="timed",
+            total_timesteps=500_000,
             ppo={
                 "n_steps": 180,
                 "batch_size": 2880,

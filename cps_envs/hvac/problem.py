@@ -57,6 +57,7 @@ DEFENSE = Training(
     recent_s=(3600.0, 14400.0),
     neutral_bias=2.5,
     num_envs=128,
+    total_timesteps=1_000_000,
     ppo={
         "n_steps": 36,
         "batch_size": 4608,

@@ -14,6 +14,7 @@ from gymnasium.envs.registration import load_env_creator
 
 from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
 from cps_agents.sheet import Sheet
+from cps_baselines.tracks import tracks
 from cps_envs import PROBLEMS
 from cps_envs.core.config import parameter_table
 from cps_envs.core.problem import Problem
@@ -134,9 +135,13 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     yield (
         "```python\nfrom stable_baselines3 import PPO\n\nfrom cps_agents.sb3 import StickyPolicy, make\n\n"
         f'envs = make("{class_name(problem, role)}")\n'
-        "model = PPO(StickyPolicy, envs, **envs.settings)\n"
-        f"model.learn({training.total_timesteps:_})\n```\n"
+        "model = PPO(StickyPolicy, envs, seed=0, verbose=1, **envs.settings)\n"
+        f"model.learn({training.total_timesteps:_})  # a few CPU minutes\n"
+        'model.save("model.zip")\n```\n'
     )
+    for name, track in tracks().items():
+        if (track.problem, track.role) == (problem.name, role):
+            yield f"Then [the challenge](../challenge.md) ranks it: `cps-envs --trust score {name} sb3:model.zip`.\n"
     if role in problem.training:
         yield f"{_settings(training)}\n"
     shown: dict[str, str] = {}  # tables of observations, and the adapters below which they stand
