@@ -2,7 +2,7 @@
 
     ray start --head                                            # or join a cluster
     python examples/ray_cluster.py train RogueAttack-v0 --seeds 16 --out /shared/runs
-    python examples/ray_cluster.py train hvac-bayes --seeds 5 --out /shared/runs
+    python examples/ray_cluster.py train hvac-defense --seeds 5 --out /shared/runs
     python examples/ray_cluster.py league rogue --episodes 100 --out /shared/meetings
     ray job submit -- python examples/ray_cluster.py train ...  # from outside
 

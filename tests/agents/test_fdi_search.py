@@ -9,7 +9,7 @@ import pytest
 
 from cps_agents.learning.recipe import count_episodes
 from cps_agents.learning.search import family_of, play_scenes
-from cps_agents.recipes.fdi import FALSE_ALARM_MPS, HONEST_ALARM_MPS, FdiHypotheses, FdiTaskTracker
+from tools.recipes.fdi import FALSE_ALARM_MPS, HONEST_ALARM_MPS, FdiHypotheses, FdiTaskTracker
 
 
 @pytest.mark.parametrize("recipe", [FdiHypotheses(), FdiTaskTracker()])

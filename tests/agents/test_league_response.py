@@ -37,6 +37,7 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Role
 from tests.agents.command_line import run
 from tests.agents.trained import save_tiny
+from tools.recipes import SEARCHED
 
 VENUE = Venue("rogue", "easy", {"duration_s": 3.0})
 
@@ -263,6 +264,6 @@ def test_a_budget_bounds_search_and_learning_together() -> None:
     recipe = find_recipe("fdi-attack")
     assert limited(recipe, 200).total_steps == 200
     assert (limited(recipe, None).most_cpu_s, limited(recipe, None, 3.0).most_cpu_s) == (60, 3)
-    searched = replace(find_recipe("hvac-warm-tracker"), total_steps=9_000)
+    searched = replace(SEARCHED["hvac-warm-tracker"], total_steps=9_000)
     assert limited(searched, None) == searched
     assert limited(searched, 10 * 719 * 2).total_steps in (20, 21)  # episodes of 719 decisions and a little

@@ -19,7 +19,6 @@ from cps_agents.learning.learner import learn, train_all
 from cps_agents.learning.recipe import Recipe, Situation, changed
 from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.search import CHECKPOINT
-from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import read_card
 from cps_agents.zoo.files import load
 from cps_agents.zoo.merging import merge
@@ -31,11 +30,12 @@ from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.testbed.problem import ATTACK
 from tests.agents.command_line import run
+from tools.recipes import SEARCHED
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
 SCENES = (Situation(2, "lead"), Situation(1, "table_2_3", "easy", {"attack_budget": 2}))
 RECIPE = replace(
-    RECIPES["disbanding-cacc"],
+    SEARCHED["disbanding-cacc"],
     overrides=SHORT,
     scenes=SCENES,
     population=6,
@@ -67,7 +67,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_recipe_for_robots_plays_the_attack_of_the_test_bed() -> None:
-    assert RECIPES["disbanding-cacc-robots"].opponent == ATTACK
+    assert SEARCHED["disbanding-cacc-robots"].opponent == ATTACK
 
 
 def test_a_run_leaves_a_better_policy_with_its_numbers(whole: Path) -> None:

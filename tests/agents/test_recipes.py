@@ -6,11 +6,12 @@ import pytest
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
-from cps_agents.recipes.fdi import FdiHypotheses
 from cps_agents.recipes.finding import RECIPES, find_recipe
+from cps_envs.core.errors import UntrustedCodeError
 from cps_envs.core.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from cps_envs.core.types import ROLES
 from cps_envs.registration import PROBLEMS
+from tools.recipes import SEARCHED, FdiHypotheses
 
 MINE = Recipe(name="mine", problem="rogue", overrides={"duration_s": 3.0})
 
@@ -22,10 +23,27 @@ def test_recipes_are_found_by_name_and_by_environment() -> None:
             found = find_recipe(env_id)
             assert (found.problem, found.role, found.algorithm) == (problem.name, role, SHARED)
             assert find_recipe(env_id.removeprefix("cps_envs/")) == find_recipe(found.name) == found
-    assert find_recipe("fdi-hypotheses") == FdiHypotheses()
-    assert sum(recipe.algorithm == SEARCH for recipe in RECIPES.values()) == 9
+    assert len(RECIPES) == 2 * len(PROBLEMS)
     with pytest.raises(CommandError, match=r"no recipe and no environment 'rogue-atack'. Did you mean 'rogue-attack'"):
         find_recipe("rogue-atack")
+
+
+def test_a_recipe_of_ones_own_is_named_by_its_class(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
+    with pytest.raises(UntrustedCodeError):
+        find_recipe("tools.recipes:FdiHypotheses")
+    monkeypatch.setenv("CPS_ENVS_TRUST", "1")
+    assert find_recipe("tools.recipes:FdiHypotheses") == FdiHypotheses()
+    for name in ("tools.recipes:FdiHypothesis", "tools.recipes:SEARCHED"):
+        with pytest.raises(CommandError, match="MODULE:CLASS"):
+            find_recipe(name)
+    with pytest.raises(CommandError, match="nothing can be imported"):
+        find_recipe("tools.nobody:FdiHypotheses")
+
+
+def test_recipes_that_searched_what_ships_are_searches() -> None:
+    assert len(SEARCHED) == 9
+    assert {recipe.algorithm for recipe in SEARCHED.values()} == {SEARCH}
 
 
 def test_recipes_refuse_nonsense() -> None:

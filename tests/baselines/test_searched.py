@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from cps_agents.learning.recipe import Recipe
-from cps_agents.recipes.finding import RECIPES
 from cps_baselines.family import find_family, play_family
 from cps_baselines.searched import searched
 from cps_envs import PROBLEMS
@@ -20,6 +19,7 @@ from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import other
 from tests.episodes import spec_of
+from tools.recipes import SEARCHED
 
 SHORT: dict[str, dict[str, Any]] = {
     "disbanding": {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0},
@@ -47,7 +47,7 @@ def recipe_of(entry: dict[str, Any]) -> Recipe:
     """That of the command that searched the numbers."""
     _, command, recipe, *_ = entry["command"].split()
     assert command == "train"
-    return RECIPES[recipe]
+    return SEARCHED[recipe]
 
 
 @pytest.mark.parametrize(("problem", "name"), KEPT)

@@ -12,7 +12,6 @@ import pytest
 
 pytest.importorskip("cma", reason="needs the baselines")
 
-from cps_agents.recipes.rogue import EXPLOITERS
 from cps_baselines.rogue.families import BOXING_IN
 from cps_baselines.searched import searched
 from cps_envs.core.documents import DamagedFileError
@@ -20,6 +19,7 @@ from cps_envs.core.types import FloatArray
 from cps_envs.rogue.problem import ROGUE
 from tests.agents.command_line import invoke
 from tools.command import program
+from tools.recipes.rogue import EXPLOITERS
 from tools.rogue import judging, rounds, span
 
 SHIPPED = BOXING_IN.row(searched("rogue", "box_in"))

@@ -16,7 +16,6 @@ import typer
 from cps_agents.arena.admission import able, usual
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.console import err, out
-from cps_agents.recipes.rogue import EXPLOITERS
 from cps_agents.sheet import Sheet
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.rogue.families import BOXING_IN
@@ -26,6 +25,7 @@ from cps_envs.core.documents import read_entry
 from cps_envs.core.types import FloatArray
 from cps_paper.rogue.worlds import SETTING
 from tools.command import run
+from tools.recipes.rogue import EXPLOITERS
 from tools.rogue.rounds import EVERY_RATIO, RATIOS, boxed_in, damages, play, search_attacks
 
 POLICY = "box_in"

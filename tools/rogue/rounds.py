@@ -15,7 +15,6 @@ import typer
 
 from cps_agents.console import err, out
 from cps_agents.files import write_json
-from cps_agents.recipes.rogue import EXPLOITERS, SEARCHED, TUNED, WAVES
 from cps_agents.sheet import Sheet
 from cps_baselines.evolution import Evolution
 from cps_baselines.rogue.boxing_in import BoxingIn
@@ -30,6 +29,7 @@ from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import REPORTED, world_config
 from tools.command import run
 from tools.evolving import evolve
+from tools.recipes.rogue import EXPLOITERS, SEARCHED, TUNED, WAVES
 from tools.rogue.switching import SEARCHED as TRIED
 from tools.rogue.switching import SELECTED
 

@@ -26,7 +26,7 @@ from cps_envs.core.errors import require
 from cps_envs.core.problem import Later
 from cps_envs.core.types import Role, other
 
-NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
+NAME = "Environment id such as HvacAttack-v0, recipe of `train --list`, MODULE:CLASS, or all."
 SHIP = "Combine the seeds' best networks into one policy in this folder."
 ALGORITHM = "Algorithm: shared-ppo, our own PPO, or cma-es, a search for the numbers of a family."
 CONFIG = "Repeat the run of this run.json exactly, but for other options that you give."

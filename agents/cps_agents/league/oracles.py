@@ -75,7 +75,7 @@ def _named(name: str, problem: str, role: Role) -> Oracle | None:
     if name == SEARCHES:
         searches = searches_of(problem, role)
         return Oracle(SEARCHES, searches=searches) if searches else None
-    if name not in RECIPES and "Attack" not in name and "Defense" not in name:
+    if name not in RECIPES and not any(part in name for part in ("Attack", "Defense", ":")):
         raise CommandError(f"there is no oracle and no recipe {name!r}. {near(name, [*KINDS, *RECIPES])}")
     recipe = find_recipe(name)
     if recipe.problem != problem:

@@ -19,7 +19,7 @@ from cps_agents.files import write_json, write_text
 from cps_agents.learning.recipe import Recipe, changed, differing, knobs_of
 from cps_agents.learning.tracking import RunTracker, TrackedRun, make_tracker
 from cps_agents.machine import versions
-from cps_agents.recipes.finding import RECIPES
+from cps_agents.recipes.finding import find_recipe
 from cps_envs.core.documents import Entry, Source, entry_of, read_entry, read_text
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
@@ -61,7 +61,8 @@ class Run:
 
     def write(self, **progress: Any) -> None:
         """Update `run.json`: recipe, seed and command with what is given, the rest as it was."""
-        base = type(self.recipe)().name  # the shipped recipe that the knobs belong to; "" if there is none
+        kind = type(self.recipe)  # what the knobs belong to, where it is not the usual class
+        base = "" if kind is Recipe else f"{kind.__module__}:{kind.__qualname__}"
         fixed = {"base": base, "recipe": knobs_of(self.recipe), "seed": self.seed, "command": self.command}
         write_json(self.folder / "run.json", {**self.read(), **fixed, **progress})
 
@@ -178,12 +179,15 @@ def read_earlier(path: Path) -> Earlier:
 
     Raises:
         DamagedFileError: it is no record of a training run.
-        CommandError: no such file, or its recipe is not one that this version knows.
+        CommandError: no such file, or there is no such recipe.
+        UntrustedCodeError: its recipe is code of your own, and the user has not agreed to run it.
     """
     if not path.is_file():
         raise CommandError(f"{path} is not a file: name the run.json of a training run")
     found = read_entry(path, "record of a training run", "Name the run.json of a training run.")
     knobs, seed, base = found["recipe"].plain(), found["seed"].whole(0, MOST_STEPS), found["base"].text()
-    if base and base not in RECIPES:
-        raise CommandError(f"{path} is of the recipe {base!r}, which this version does not have")
-    return Earlier(changed(RECIPES.get(base, Recipe()), knobs), seed)
+    try:
+        recipe = find_recipe(base) if base else Recipe()
+    except CommandError as error:
+        raise CommandError(f"{path}: {error}") from error
+    return Earlier(changed(recipe, knobs), seed)

@@ -1,1 +1,1 @@
-"""How policies are trained: `learning` has our own PPO for every role, each problem its policy search."""
+"""How policies are trained: `learning` has our own PPO for every role, and `finding` knows them by name."""
