@@ -271,14 +271,15 @@ def test_rows_that_were_not_done_again_stay_with_the_run_they_are_of(tmp_path: P
     (tmp_path / "docs").mkdir()
     first = document([found])["parts"]["toy"]
     row = dict(first["rows"]["row"])
-    earlier = {**first, "rows": {"row": row, "older": {**row, "tried": 7}}}
-    earlier["runs"] = [{**first["runs"][0], "rows": ["row", "older"], "commits": ["abc"]}]
+    older = find_part("fuzz").chunks()[0].row
+    earlier = {**first, "rows": {"row": row, older: {**row, "tried": 7}, "no longer tried": row}}
+    earlier["runs"] = [{**first["runs"][0], "rows": list(earlier["rows"]), "commits": ["abc"]}]
     publish({"parts": {"fuzz": earlier}}, tmp_path)
     publish({"parts": {"fuzz": first}}, tmp_path)
     kept = json.loads((tmp_path / "docs" / "reliability.json").read_text(encoding="utf-8"))["parts"]["fuzz"]
-    assert list(kept["rows"]) == [*first["rows"], "older"]
+    assert list(kept["rows"]) == [*first["rows"], older]
     assert kept["totals"]["tried"] == first["totals"]["tried"] + 7
-    assert [run["rows"] for run in kept["runs"]] == [list(first["rows"]), ["older"]]
+    assert [run["rows"] for run in kept["runs"]] == [list(first["rows"]), [older]]
     page = (tmp_path / "docs" / "reliability.md").read_text(encoding="utf-8")
     assert "The row below them is of a run before" in page
     assert "`abc`" in page
