@@ -54,7 +54,18 @@ JUDGING = (  # what lets policies meet and says what came out
 DECLARING = ("Block", "Comparison", "Contest", "Exhibit", "LeaguePlan", "Setting", "Suite", "Table", "Track")  # as data
 SEARCHED = r"\bbox_in\b|BOXING_IN|boxing_in"  # a policy whose numbers were searched
 PAGES = ("docs/rogue.md", "docs/details/rogue.md")
-SHIPPING = ("pyproject.toml", "baselines", "agents", "paper", "tests", "tools/bench", *PAGES, "CHANGELOG.md")
+SHIPPING = (
+    "pyproject.toml",
+    "baselines",
+    "agents",
+    "paper",
+    "tests",
+    "tools/bench",
+    "tools/recipes",
+    "tools/rivals",
+    *PAGES,
+    "CHANGELOG.md",
+)
 BELOW = ("Evidence", "Developers")  # parts of the site that are no pages for users
 GAMES = ("Disbanding", "Fdi", "Hvac", "Rogue")
 
