@@ -53,7 +53,7 @@ FDI = Problem(
             recent_s=(0.9, 3.6),
             neutral_bias=2.0,
             num_envs=128,
-            total_timesteps=1_000_000,
+            total_timesteps=3_000_000,
             ppo={
                 "gamma": 0.98,
                 "gae_lambda": 0.9,
