@@ -283,6 +283,8 @@ def test_rows_that_were_not_done_again_stay_with_the_run_they_are_of(tmp_path: P
     page = (tmp_path / "docs" / "reliability.md").read_text(encoding="utf-8")
     assert "The row below them is of a run before" in page
     assert "`abc`" in page
+    assert older not in kept["untried"]
+    assert f"Not tried yet: {', '.join(kept['untried'])}." in page
 
 
 def test_the_command_refuses_unknown_parts_and_reports_without_work(tmp_path: Path) -> None:

@@ -10,12 +10,13 @@ from typing import Any
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.machine import describe
-from tools.reliability.chunk import PARTS
+from tools.reliability.chunk import PARTS, find_part
 from tools.reliability.suite import Findings
 
 Document = dict[str, Any]
 PROGRAM = "python -m tools.reliability"
 MACHINE = ("cpu", "cores", "python")
+NOTHING: Document = {"rows": {}, "runs": [], "lines": []}  # of a part that was never published
 HEAD = """# Reliability
 
 This page says how hard we tried to break the package, and what came out. The command below runs every trial again.
@@ -82,7 +83,7 @@ def publish(new: Document, root: Path) -> list[Path]:
     before = json.loads(data.read_text(encoding="utf-8"))["parts"] if data.is_file() else {}
     known = {
         **before,
-        **{name: _beside(part, before[name]) if name in before else part for name, part in new["parts"].items()},
+        **{name: _beside(name, part, before.get(name, NOTHING)) for name, part in new["parts"].items()},
     }
     kept = {"parts": {name: known[name] for name in PARTS if name in known}}
     write_json(data, kept)
@@ -90,16 +91,24 @@ def publish(new: Document, root: Path) -> list[Path]:
     return [data, page]
 
 
-def _beside(new: dict[str, Any], old: dict[str, Any]) -> dict[str, Any]:
-    """A part whose rows that were not done again stand below the new ones, with the run that they are of."""
-    runs = [{**run, "rows": [row for row in run["rows"] if row not in new["rows"]]} for run in old["runs"]]
+def _beside(name: str, new: dict[str, Any], old: dict[str, Any]) -> dict[str, Any]:
+    """A part whose rows that were not done again stand below the new ones, with the run that they are of.
+
+    What is no longer tried has no row, and what was never tried is named.
+    """
+    tried = list(dict.fromkeys(chunk.row for chunk in find_part(name).chunks()))
+    older = set(tried) - set(new["rows"])
+    runs = [{**run, "rows": [row for row in run["rows"] if row in older]} for run in old["runs"]]
     runs = [run for run in runs if run["rows"]]
-    if not runs:
-        return new
     rows = {**new["rows"], **{row: old["rows"][row] for run in runs for row in run["rows"]}}
-    totals = {name: sum(row.get(name, 0) for row in rows.values()) for name in new["columns"]}
-    lines = list(dict.fromkeys([*new["lines"], *old["lines"]]))
-    return {**new, "rows": rows, "totals": totals, "runs": [*new["runs"], *runs], "lines": lines}
+    return {
+        **new,
+        "rows": rows,
+        "totals": {column: sum(row.get(column, 0) for row in rows.values()) for column in new["columns"]},
+        "runs": [*new["runs"], *runs],
+        "lines": list(dict.fromkeys([*new["lines"], *(old["lines"] if runs else [])])),
+        "untried": [row for row in tried if row not in rows],
+    }
 
 
 def markdown(whole: Document) -> str:
@@ -118,6 +127,8 @@ def _section(part: dict[str, Any]) -> str:
     lines += [f"- {line}" for line in part["lines"]]
     if part["examples"]:
         lines += ["", "Counterexamples:", "", *(f"- {' '.join(line.split())}" for line in part["examples"])]
+    if part.get("untried"):
+        lines += ["", f"Not tried yet: {', '.join(part['untried'])}."]
     return "\n".join([*lines, "", *_origins(part), ""])
 
 
