@@ -291,6 +291,11 @@ def test_the_command_refuses_unknown_parts_and_reports_without_work(tmp_path: Pa
     wrong = CliRunner().invoke(program(reliability), ["fuz"])
     assert wrong.exit_code == 2
     assert "fuzz" in wrong.output
+    wrong = CliRunner().invoke(program(reliability), ["faults", "--row", "leage"])
+    assert wrong.exit_code == 2
+    assert "league" in wrong.output
+    one = CliRunner().invoke(program(reliability), ["--row", "league", "--minutes", "0", "--out", str(tmp_path / "1")])
+    assert "0 of 3 pieces" in one.stdout, one.output
     empty = CliRunner().invoke(program(reliability), ["--minutes", "0", "--out", str(tmp_path), "--json"])
     assert empty.exit_code == 0, empty.output
 

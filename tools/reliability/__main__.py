@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +17,7 @@ from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
 from cps_envs.core.errors import near
 from tools.command import run
-from tools.reliability.chunk import PARTS, ROOT, find_part
+from tools.reliability.chunk import PARTS, ROOT, Part, find_part
 from tools.reliability.document import PROGRAM, document
 from tools.reliability.document import publish as put
 from tools.reliability.store import Store
@@ -27,6 +29,7 @@ NAMES = "fuzz, faults, load, determinism, mutation or bounds; all if left out."
 
 def reliability(
     parts: Annotated[list[str] | None, typer.Argument(metavar="[PART]...", help=NAMES)] = None,
+    rows: Annotated[list[str] | None, typer.Option("--row", help="Only this row of a part; may be repeated.")] = None,
     minutes: Annotated[float, typer.Option(min=0.0, help="Time for what is not done yet; 0 only reports.")] = 10.0,
     folder: Annotated[Path, typer.Option("--out", help="Where finished work is kept.")] = Path("results/reliability"),
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
@@ -40,7 +43,7 @@ def reliability(
     change of the code makes outdated is done again. The exit code is 1 if anything
     happened that must not happen, or if a piece could not be done. It needs the repository, not only the package.
     """
-    chosen = [find_part(name) for name in _names(parts or [])]
+    chosen = _only(rows or [], [find_part(name) for name in _names(parts or [])])
     total = sum(len(part.chunks()) for part in chosen)
     with alone_in(folder), Progress("reliability", total) as progress:
 
@@ -69,6 +72,18 @@ def reliability(
         err().print(f"These have to be zero: {'; '.join(violations)}", soft_wrap=True, markup=False)
     if violations or failed:
         raise typer.Exit(BROKEN)
+
+
+def _only(rows: Sequence[str], parts: Sequence[Part]) -> list[Part]:
+    """The parts with some of their rows, all if none is named."""
+    if not rows:
+        return list(parts)
+    known = {chunk.row for part in parts for chunk in part.chunks()}
+    for row in rows:
+        if row not in known:
+            raise CommandError(f"--row {row!r}: there is no such row. {near(row, known)}")
+    chosen = [(part, [chunk for chunk in part.chunks() if chunk.row in rows]) for part in parts]
+    return [replace(part, chunks=partial(list, chunks)) for part, chunks in chosen if chunks]
 
 
 def _names(chosen: Sequence[str]) -> list[str]:
