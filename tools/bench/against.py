@@ -97,8 +97,8 @@ def against(
         commit = subprocess.run(
             ["git", "rev-parse", "--short=8", "HEAD"], cwd=folder, capture_output=True, text=True, check=True
         ).stdout.strip()
-        document = {"commit": commit, "machine": describe(PROGRAM), "rows": found}
-        write_json(PATH, document)
+        command = f"{PROGRAM} FOLDER --rounds {rounds} --seconds {seconds} --publish"
+        write_json(PATH, {"commit": commit, "machine": describe(PROGRAM) | {"command": command}, "rows": found})
 
 
 def _in_turns(sides: dict[str, Side], part: str, name: str, rounds: int, seconds: float) -> dict[str, float]:

@@ -52,8 +52,6 @@ def values(row: Any, seconds: float) -> Any:
 class _NoLimits:
     """Yardsticks of a side: the other side is what a row is compared with."""
 
-    cartpole_us = 1.0
-
     def limit_s(self, operations: float, divisions: float) -> float:
         return 0.0
 
