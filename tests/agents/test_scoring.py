@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +18,7 @@ pytest.importorskip("scipy", reason="needs the baselines")
 pytest.importorskip("typer", reason="needs the command line")
 
 from cps_agents import score
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.errors import CommandError
 from cps_agents.scoring import board, frozen, verify
 from cps_agents.scoring.kind import Kind, kind_of
@@ -24,6 +27,7 @@ from cps_baselines import tracks as declared
 from cps_baselines.tracks import Rival, Track
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.seeds import score_seeds
 from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
 from tests.agents.command_line import refusal, run
@@ -70,6 +74,106 @@ def edited(path: Path, change: Callable[[dict[str, Any]], None]) -> Path:
     change(document)
     path.write_text(json.dumps(document))
     return path
+
+
+BEST = [np.linspace(5, 7, EPISODES), np.linspace(4, 8, EPISODES)]
+MADE = frozen.Frozen(SMALL, 2.0, 6.0, "none", 64, {"test": BEST, "dev": [each[:3] for each in BEST]}, "0" * 12)
+
+
+def made(seeds: int = 1, spread: float = 1.0, draw: int = 0, **changed: Any) -> Score:
+    """A score by drawn pays, which take no playing."""
+    generator, size = np.random.default_rng(draw), EPISODES // seeds
+    names = map(str, range(seeds)) if seeds > 1 else [""]
+    pays = {name: list(generator.normal([[3], [5]], spread, (2, size))) for name in names}
+    return replace(Score(MADE, "test", "mine", Kind("reward"), pays), **changed)
+
+
+def single(found: Score) -> list[Any]:
+    """The scores of single episodes (training seeds, episodes) against either opponent: 4 a score of 100 apart."""
+    pays = [np.array(paid) for paid in zip(*found.pays.values(), strict=True)]
+    return [100 + 25 * (paid - best[: paid.size].reshape(paid.shape)) for paid, best in zip(pays, BEST, strict=True)]
+
+
+@pytest.mark.parametrize("seeds", [1, 2, 4])
+def test_a_score_weighs_what_the_best_answers_get_more(seeds: int) -> None:
+    """Its interval is over episodes, or over training seeds where there are several."""
+    found = made(seeds)
+    cusum, chi2 = single(found)
+    assert found.opponents == pytest.approx({"cusum": cusum.mean(), "chi2": chi2.mean()})
+    assert found.estimate.mean == pytest.approx((2 * cusum.mean() + chi2.mean()) / 3)
+    by_seed = (2 * cusum.mean(axis=1) + chi2.mean(axis=1)) / 3
+    alone = estimate([by_seed[:, np.newaxis]] if seeds > 1 else [(4 * cusum - 100) / 3, (2 * chi2 + 100) / 3])
+    assert found.estimate.low == pytest.approx(alone.low, abs=2)  # of fewer resamples
+    assert found.half_width == pytest.approx((alone.high - alone.low) / 2, rel=0.1)  # type: ignore[operator]
+    assert (found.estimate.seeds, found.estimate.episodes) == (seeds, 2 * EPISODES if seeds == 1 else 1)
+    assert found.episodes == EPISODES
+
+
+def test_the_line_names_the_worst_opponent_and_how_few_seeds_there_are() -> None:
+    for seeds, told in ((1, ", 1 training seed ("), (4, ", 4 training seeds ("), (5, " (")):
+        found = made(seeds)
+        assert found.opponents["cusum"] < found.opponents["chi2"]
+        start = f"challenge-v1 fdi-attack test/24: {found.estimate.mean:.1f} ± {found.half_width:.1f}"
+        assert found.line == f"{start}, worst {found.opponents['cusum']:.0f} (cusum){told}digest 000000000000, fdi-v0)"
+        assert "training seed" not in replace(found, kind=Kind("rules")).line
+
+
+def test_differences_are_taken_on_the_same_episodes_where_they_can_be() -> None:
+    one, four, three = made(1), made(4, draw=1), made(3, draw=2)
+    difference = one.minus(four)
+    cusum, chi2 = (mine.reshape(4, 6) - theirs for mine, theirs in zip(single(one), single(four), strict=True))
+    assert difference.mean == pytest.approx((2 * cusum.mean() + chi2.mean()) / 3)
+    assert (difference.seeds, difference.episodes) == (4, 1)
+    assert four.minus(replace(four, pays=dict(four.pays))).high == 0.0
+    other, around = four.minus(three), float(np.hypot(four.half_width, three.half_width))
+    middle = four.estimate.mean - three.estimate.mean
+    assert other == Estimate(middle, middle - around, middle + around, 4, EPISODES)
+    with pytest.raises(CommandError, match="scores of fdi-attack test and fdi-attack dev cannot be compared"):
+        one.minus(replace(one, split="dev"))
+
+
+def test_a_file_has_what_the_score_says_with_few_digits() -> None:
+    found = made(2, cpu_s=1.26, policy="x", sources={"a": "1"}, versions={"numpy": "2"})
+    document = found.to_json()
+    assert document["score"] == round(found.estimate.mean, 2)
+    assert document["half_width"] == round(found.half_width, 2)
+    assert document["opponents"] == {name: round(value, 2) for name, value in found.opponents.items()}
+    assert (document["line"], document["cpu_s"], document["playable"]) == (found.line, 1.3, True)
+    assert [float(word) for word in document["pays"]["1"][0].split()] == np.round(found.pays["1"][0], 3).tolist()
+
+
+def test_each_training_seed_plays_its_part_and_progress_counts_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    played: list[Any] = []
+    reported: list[int] = []
+
+    def pays(track: Track, player: Any, seeds: Any, report: Any) -> list[Any]:
+        played.append((player, seeds))
+        report(sum(map(len, seeds)))
+        return [np.arange(len(own)) + 0.12345 for own in seeds]
+
+    module = sys.modules["cps_agents.scoring.score"]
+    monkeypatch.setattr(module, "find_track", lambda name: SMALL)
+    monkeypatch.setattr(module, "read_frozen", lambda track: replace(MADE, track=SMALL))
+    monkeypatch.setattr(frozen.Frozen, "check_game", lambda self: None)
+    monkeypatch.setattr(module, "pays", pays)
+    start = time.process_time()
+    found = score("fdi-attack", "zoo:fdi-attack", report=reported.append)
+    assert list(found.pays) == ["0", "1", "2", "3", "4"]
+    assert [player for player, _ in played] == [f"zoo:fdi-attack?seed={seed}" for seed in range(5)]
+    everything = [score_seeds("test", place, EPISODES) for place in range(2)]
+    for place, (_, seeds) in enumerate(played):
+        assert [list(own) for own in seeds] == [list(own[4 * place : 4 * place + 4]) for own in everything]
+    assert reported == [8, 16, 24, 32, 40]
+    assert found.pays["3"][1].tolist() == [0.123, 1.123, 2.123, 3.123]
+    assert (found.policy, found.kind, found.playable) == ("zoo:fdi-attack", Kind("reward"), True)
+    assert list(found.sources) == ["fdi-attack"]
+    assert 0 <= found.cpu_s <= time.process_time() - start
+    look = score("fdi-attack", "tracker", split="dev", kind=Kind("told"))
+    assert (look.episodes, look.kind, len(look.pays[""][0])) == (3, Kind("told"), 3)
+    built = find_problem("fdi").policy("none", find_problem("fdi").game(SMALL.venue.config, 1), "attacker")
+    handed = score("fdi-attack", built)
+    assert (handed.playable, handed.sources) == (False, {})
+    assert handed.policy == f"{type(built).__module__}:{type(built).__qualname__}"
 
 
 def test_the_best_answer_has_100_and_the_best_constant_about_0(folder: Path, tracker: Score) -> None:

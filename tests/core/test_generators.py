@@ -74,6 +74,21 @@ def test_children_are_numpys(made: int) -> None:
             theirs[b].random()
 
 
+def test_children_of_children_that_nobody_has_looked_at_are_numpys() -> None:
+    found = children(children(seeded(ENTROPY), EVERY, 2)[1], EVERY, 3)
+    for seed, b in zip(ENTROPY, EVERY, strict=True):
+        grandchildren = np.random.default_rng(seed).spawn(2)[1].spawn(3)
+        assert [state(generators[b]) for generators in found] == [state(one) for one in grandchildren]
+
+
+def test_children_go_on_where_an_object_has_had_some() -> None:
+    ours, theirs = seeded(ENTROPY), [np.random.default_rng(seed) for seed in ENTROPY]
+    for generators in (ours, theirs):
+        generators[2].spawn(3)
+    for b, child in zip(EVERY, children(ours, EVERY, 1)[0], strict=True):
+        assert state(child) == state(theirs[b].spawn(1)[0])
+
+
 def test_a_part_goes_on_where_the_whole_is() -> None:
     ours, theirs = seeded(ENTROPY), [np.random.default_rng(seed) for seed in ENTROPY]
     ours[3].random(5)

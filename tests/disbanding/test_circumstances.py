@@ -7,9 +7,11 @@ from functools import partial
 import numpy as np
 import pytest
 
+from cps_envs.core.kernels import view
 from cps_envs.core.types import Array
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
+from cps_envs.disbanding.start import nominal_constants, place, undisturbed, whole_steps
 from tests import episodes
 
 started = partial(episodes.started, DISBANDING, preset="learning")
@@ -28,6 +30,65 @@ def test_new_draws_shift_no_old_one() -> None:
         assert np.array_equal(easy.constants[name], contested.constants[name])
     for name in ("position", "speed", "takeover_delay_s", "driver_headway_s"):
         assert np.array_equal(getattr(easy.state, name), getattr(contested.state, name))
+
+
+def test_a_start_is_drawn_from_its_own_generator_in_one_order() -> None:
+    """Platoons, lag, gap, budget, then gaps, speeds, delays and headways of all vehicles; the others go on."""
+    game = started(range(6), preset="easy", num_platoons=(2, 4), vehicles_per_platoon=3, attack_budget=(1, 2))
+    c, before = game.config, [part[1].copy() for part in game.parts()]
+    game.reset(np.arange(6) != 1, [np.random.default_rng(10 + b) for b in range(6)])
+    for part, kept in zip(game.parts(), before, strict=True):
+        np.testing.assert_array_equal(part[1], kept)
+    for b in (0, 2, 3, 4, 5):
+        own, state, numbers = np.random.default_rng(10 + b), view(game.state, b), game.constants[b]
+        vehicles = 3 * own.integers(2, 5)
+        assert numbers["num_vehicles"] == vehicles
+        lag_and_gap = (own.uniform(0.1, 0.5), own.uniform(4, 6))
+        np.testing.assert_allclose((numbers["tau_s"], numbers["desired_gap_m"]), lag_and_gap, rtol=1e-12)
+        assert game.budget[b] == own.integers(1, 3)
+        low, high = np.array([(-0.03, 0.03), (-0.3, 0.3), (0, 2), (1.2, 1.8)]).T[..., np.newaxis]
+        gap, speed, delay, headway = own.uniform(low, high, (4, 12))[:, :vehicles]
+        steady = np.where(np.arange(vehicles) % 3 == 0, 1.5 * c.desired_speed_mps, numbers["desired_gap_m"])
+        steady[0] = 0.0  # the front vehicle
+        expected = {
+            "position": -np.cumsum(steady * (1 + gap)),
+            "speed": c.desired_speed_mps + speed,
+            "takeover_delay_s": delay,
+            "driver_headway_s": headway,
+        }
+        for name, values in expected.items():
+            np.testing.assert_allclose(getattr(state, name)[:vehicles], values, atol=1e-9, err_msg=name)
+            assert not getattr(state, name)[vehicles:].any(), name
+
+
+def test_an_episode_begins_with_nothing_counted_whatever_was_before() -> None:
+    game = started((1, 2), preset="paper", num_platoons=2, vehicles_per_platoon=3)
+    for values in game.state:
+        values[:] = 7
+    place(game.state, game.constants, undisturbed(game.constants, 6), np.array([True, False]))
+    first = {name: values[0] for name, values in game.state._asdict().items() if name != "chance"}
+    for name in ("disbanding_s", "previous_gap", "record_s", "smallest_gap"):
+        assert np.isinf(first.pop(name)).all(), name
+    assert (first.pop("first_collision_s"), first.pop("jam_place")) == (-1, -1)
+    assert first.pop("moving").all()
+    np.testing.assert_allclose(first.pop("position"), [0, -5, -10, -56.5, -61.5, -66.5])
+    assert (first.pop("speed") == 31).all()
+    assert (first.pop("driver_headway_s") == 1.5).all()
+    for name, values in first.items():
+        assert not values.any(), name
+    assert all((values[1] == (values.dtype == bool or 7)).all() for values in game.state)  # of the episode that goes on
+
+
+def test_publicly_known_is_the_middle_of_what_is_drawn() -> None:
+    known = nominal_constants(DISBANDING.config("learning", {}))
+    assert (known.tau_s, known.desired_gap_m, known.hop_loss) == pytest.approx((0.3, 5.0, 0.15))
+    assert (known.hop_steps, known.period_steps, known.noise_steps) == (10, 10, 100)
+    assert (known.num_vehicles, known.min_speed_mps, known.ride_steps) == (100, 0.0, 0)
+    assert (known.relayed, known.corrects_all, known.stop_at_collision) == (True, True, False)
+    assert known.noise_width_mps2 == pytest.approx(np.sqrt(3) / 2)
+    other = nominal_constants(DISBANDING.config("paper", {"on_collision": "end", "report": "full"}))
+    assert (other.relayed, other.corrects_all, other.stop_at_collision, other.ride_steps) == (False, False, True, 10)
+    assert [whole_steps(time_s, 0.01) for time_s in (0.0, 0.004, 0.026)] == [1, 1, 3]
 
 
 def test_an_element_that_is_off_draws_nothing() -> None:

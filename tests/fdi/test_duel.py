@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.core.config import bounds
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
+from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.sensors import Sensors, parse_sensors
 from tests.fdi.episodes import QUIET, Filter, advance, levels, place, started
@@ -155,6 +157,50 @@ def test_each_vehicle_has_disturbances_that_change_at_times_of_their_own() -> No
     assert changes == [set(range(phase or 10, 40, 10)) for phase in phases]
     assert len(set(phases)) > 1
     assert not started(own_phases=False).state.phase.any()
+
+
+@pytest.mark.parametrize(
+    ("preset", "overrides"),
+    [("defense", {}), ("drawn", {"disturbance_hold_s": 0.5, "own_phases": True}), ("learning", {})],
+)
+def test_an_episode_is_drawn_from_its_own_generator_in_one_order(preset: str, overrides: dict[str, Any]) -> None:
+    """Task, start, disturbances, phases, noise, attack, gains: what a preset leaves out takes no number."""
+    game = FdiGame(FDI.config(preset, overrides), 3)
+    game.reset(np.ones(3, np.bool_), [np.random.default_rng(b) for b in range(3)])
+    c, n, before = game.config, game.config.num_vehicles, [part[1].copy() for part in game.parts()]
+    generators = [np.random.default_rng(10 + b) for b in range(3)]
+    game.reset(np.array([True, False, True]), generators)
+    for part, kept in zip(game.parts(), before, strict=True):
+        np.testing.assert_array_equal(part[1], kept)  # of an episode that goes on
+    assert generators[1].random() == np.random.default_rng(11).random()
+    for b in (0, 2):
+        state, own = game.episode(b), np.random.default_rng(10 + b)
+        assert state.task[0] == own.integers(len(game.tasks))
+        spread = np.repeat([c.gap_spread_m, c.speed_spread_mps], n)
+        np.testing.assert_allclose(state.error, own.uniform(-spread, spread), atol=1e-12)
+        pushes, size = own.standard_normal(state.disturbance.shape), c.disturbance_mps2
+        phases = [own.integers(c.hold_steps) if pushes.size and c.own_phases else 0 for _ in range(n)]
+        assert state.phase.tolist() == phases
+        if c.estimator == "kalman":
+            np.testing.assert_array_equal(state.noise, own.standard_normal(state.noise.shape))
+            attacked, onset_s = own.random() < c.attack_share, own.uniform(*c.onset_s)  # type: ignore[misc]
+            assert state.onset[0] == (round(onset_s / c.dt_s) if attacked else game.horizon)
+        if c.gain_spread > 0:
+            factors = 1 + c.gain_spread * own.uniform(-1, 1, 2)
+            np.testing.assert_allclose(game.gains(b), factors * (c.proportional_gain, c.derivative_gain), rtol=1e-12)
+            size = own.uniform(*bounds(size))
+        np.testing.assert_allclose(state.disturbance, size * pushes, rtol=1e-12)
+        assert generators[b].random() == own.random()
+
+
+def test_a_generator_is_used_where_anything_is_left_to_chance() -> None:
+    drawn = {"tasks": "x4>4 v1>1", "gap_spread_m": 0.3, "speed_spread_mps": 0.3, "disturbance_mps2": 0.1}
+    for name, value in (*drawn.items(), ("gain_spread", 0.1), ("estimator", "kalman"), ("horizon", 30)):
+        preset = "drawn" if name == "gain_spread" else "clip"
+        still = {"tasks": "", "gap_spread_m": 0.0, "speed_spread_mps": 0.0, "gain_spread": 0.0}
+        generator = np.random.default_rng(0)
+        FdiGame(FDI.config(preset, still | {name: value}), 1).reset(np.ones(1, np.bool_), [generator])
+        assert (generator.random() != np.random.default_rng(0).random()) == (name != "horizon"), name
 
 
 def test_drawn_gains_are_those_of_the_commands() -> None:

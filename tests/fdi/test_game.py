@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import chain
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,9 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.kernels import records
-from cps_envs.core.types import Array, Role
+from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.legality import SLACK
+from cps_envs.fdi.observation import fill_masks
 from cps_envs.fdi.payoff import Metrics, collide
 from cps_envs.fdi.problem import FDI
 from tests import episodes
@@ -254,6 +256,104 @@ def test_drawn_tasks_are_observed_and_masked() -> None:
         free = [part[b].sum() > 1 for part in masks]
         assert free == task.sensors.flags(4).tolist()
     assert len({game.task(b) for b in range(64)}) > 20
+
+
+def test_the_attacker_sees_true_errors_what_they_command_and_its_injection() -> None:
+    """Where tasks are drawn an injection has an entry for each sensor, else for the attacked ones."""
+    for preset, overrides in (("defense", {}), ("clip", {"attacked": "x1,3+v4", "target": 3})):
+        game, generator = started(seeds=range(12), preset=preset, **overrides), np.random.default_rng(1)
+        for _ in range(4):
+            go(game, generator.integers(-2, 3, len(game.neutral_action["attacker"])))
+        state, c, model = game.state, game.config, game.config.model
+        view = game.fields["attacker"].decode(game.observe("attacker"))
+        share = state.injection / np.repeat([c.max_range_injection_m, c.max_rate_injection_mps], 4)
+        drawn = preset == "defense"
+        tasks = [game.tasks[task] for task in state.task]
+        expected = {
+            "gap_error": state.error[:, :4],
+            "relative_speed": state.error[:, 4:],
+            "command": state.error @ model.feedback.T,
+            "injection": share if drawn else share[:, [0, 2, 7]],
+            "steps_left": np.full(12, c.horizon - 4),
+        }
+        if drawn:
+            expected["attacked"] = np.array([task.sensors.flags(4) for task in tasks])
+            expected["target"] = np.eye(4)[[task.target - 1 for task in tasks]]
+        assert np.ptp(expected["injection"]) > 0.02
+        assert {name for name, values in view.items() if values.size} == expected.keys()
+        for name, values in expected.items():
+            np.testing.assert_allclose(view[name], values, atol=1e-4, err_msg=name)
+
+
+def test_the_largest_injections_are_seen_as_one() -> None:
+    game = started(preset="clip", attacked="xv1", target=1, limit_commands=False, limit_readings=False)
+    for sign in (-1, 1):
+        go(game, sign * game.neutral_action["attacker"])
+        assert game.observe("attacker")[0, game.fields["attacker"].slices["injection"]].tolist() == [sign, sign]
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_the_defender_sees_what_is_reported_and_how_far_it_lies_off_the_model(shared: bool) -> None:
+    game, generator = (
+        started(preset="clip", attacked="xv2", target=2, share_rear_range=shared),
+        np.random.default_rng(6),
+    )
+    for _ in range(6):
+        go(game, generator.integers(-3, 4, 2), generator.integers(0, 2, 8), generator.integers(-2, 3, 4))
+    state, off = game.episode(0), game.episode(0).reading - game.episode(0).prediction
+    expected = {
+        "range_error": state.reading[:4],
+        "range_rate": state.reading[4:],
+        "range_innovation": off[:4],
+        "rate_innovation": off[4:],
+        "kinematic_residual": state.residual,
+        "redundancy_residual": (state.reading[:4] - state.rear)[:3],
+        "command": state.command,
+        "trust": state.trust,
+        "steps_left": game.horizon - 6,
+    }
+    if not shared:
+        del expected["redundancy_residual"]
+    view = {name: values for name, values in seen(game, "defender").items() if np.size(values)}
+    assert view.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_allclose(view[name], values, atol=1e-4, err_msg=name)
+        assert np.any(values), name
+
+
+def test_observations_reach_as_far_as_what_they_show() -> None:
+    """Four desired gaps and 20 m/s, and what an injection adds to them; commands without injection four limits."""
+    game = started(preset="B", max_range_injection_m=7.0, max_rate_injection_mps=3.0)
+    duel = started(preset="learning")
+    reach = {
+        "attacker": {"gap_error": 20, "relative_speed": 20, "command": 32, "injection": 1},
+        "defender": {"range_error": 27, "range_rate": 23, "range_innovation": 27, "rate_innovation": 23}
+        | {"kinematic_residual": 27, "redundancy_residual": 27, "command": 8},
+    }
+    for role in ROLES:
+        bounds = {field.name: (field.low, field.high) for field in game.fields[role] if field.size}
+        assert bounds.pop("steps_left") == (0, 20)
+        assert bounds.pop("trust", (0, 1)) == (0, 1)
+        assert bounds == {name: (-most, most) for name, most in reach[role].items()}
+    counts = {"steps_left": 100, "wait": 100, "attacked": 1, "target": 1, "trust": 1}
+    bounds = {field.name: (field.low, field.high) for field in duel.fields["attacker"] if field.name in counts}
+    assert bounds == {name: (0, most) for name, most in counts.items()}
+
+
+@given(st.lists(st.tuples(st.integers(1, 9), st.integers(-9, 9), st.integers(-9, 9)), min_size=1, max_size=5))
+def test_masks_offer_the_legal_levels_of_each_sensor_in_turn(sensors: Any) -> None:
+    """Of a sensor without a legal level only no injection."""
+    rows = [(bound, max(low, -bound), min(high, bound)) for bound, low, high in sensors]
+    bounds, legal = np.array([row[0] for row in rows]), np.array([[row[1:] for row in rows]] * 2)
+    legal[1] = 0
+    masks = np.empty((2, int((2 * bounds + 1).sum())), np.int8)
+    fill_masks(legal, bounds, masks)
+    offered = [
+        [int(low <= level <= high if low <= high else level == 0) for level in range(-bound, bound + 1)]
+        for bound, low, high in rows
+    ]
+    assert masks[0].tolist() == [*chain(*offered)]
+    assert masks[1].sum() == len(rows)
 
 
 def test_an_environment_is_what_its_copy_is() -> None:

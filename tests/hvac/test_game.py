@@ -11,14 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.core.config import bounds
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
-from cps_envs.core.types import Array, Role
+from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.hvac.attack import absolute_action, bias_action
 from cps_envs.hvac.config import PRESETS
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.observation import BY_CHOICE, observe_attacker, observe_defender
-from cps_envs.hvac.sensors import sensor_sets
+from cps_envs.hvac.sensors import attack_order, sensor_sets
+from cps_envs.hvac.start import start
 from tests.hvac.games import QUIET, SHORT, go, play, seen, started
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
@@ -130,9 +132,9 @@ def test_the_three_bases_of_forged_readings() -> None:
     game = started(**SHORT | {"onset_step": 0}, num_compromised=4)
     shares = np.array([0.1, -0.1, 0.0, 1.0])
     bases = {-1.0: "temperature", -0.4: "temperature", 0.0: "measured", 0.3: "measured", 0.4: None}
-    for base, start in bases.items():
+    for base, around in bases.items():
         go(game, attack=[*shares, base])
-        origin = np.full(4, 25.0) if start is None else getattr(game.state, start)[0]
+        origin = np.full(4, 25.0) if around is None else getattr(game.state, around)[0]
         assert game.state.reading[0] == pytest.approx(np.minimum(origin + 15 * shares, 40))
 
 
@@ -243,6 +245,64 @@ def test_learning_draws_within_its_ranges() -> None:
     assert game.state.compromised.mean(axis=0) == pytest.approx(np.full(4, 0.5), abs=0.1)
 
 
+@pytest.mark.parametrize("preset", ["paper", "easy", "learning"])
+def test_an_episode_is_drawn_from_its_own_generator_in_one_order(preset: str) -> None:
+    """Noise, onset, how many sensors fall and which, plant, heat; disturbances follow."""
+    game = started(range(8), preset, **SHORT | {"onset_step": (45, 47)})
+    state, c, order = game.state, game.config, np.array(attack_order(game.config)) - 1
+    rate, ends = game.constants.rate, np.cumsum(c.compromised_weights)
+    for b in range(8):
+        own = np.random.default_rng(b)
+        np.testing.assert_array_equal(state.series[b, 1:], own.standard_normal(state.series[b].shape)[1:])
+        assert state.onset[b] == state.metrics["onset_step"][b] == own.integers(45, 48)
+        if len(ends):
+            size = int((ends <= ends[-1] * own.random()).sum())
+        else:
+            size = int(own.integers(bounds(c.num_compromised)[0], bounds(c.num_compromised)[1] + 1))
+        places = own.permutation(c.num_sensors)
+        fallen = order[places if c.random_compromise else slice(None)][:size]
+        assert set(np.flatnonzero(state.compromised[b])) == set(fallen)
+        assert state.metrics["num_compromised"][b] == size
+        factor = 1 + c.model_error * own.uniform(-1, 1, (4, 4))
+        np.testing.assert_allclose(state.plant[b], np.eye(4) + rate * factor, rtol=1e-12)
+        np.testing.assert_allclose(state.heat[b], c.unmeasured_heat_w * own.uniform(-1, 1, 4), atol=1e-12)
+    assert np.ptp(state.onset) == 2
+    assert np.ptp(state.compromised.sum(axis=1)) == {"paper": 0, "easy": 2, "learning": 3}[preset]
+
+
+def test_an_episode_begins_with_nothing_counted_whatever_was_before() -> None:
+    game = started((1,), "learning", **SHORT, controller="qp")
+    episode = view(game.state, 0)
+    drawn = {name: getattr(episode, name).copy() for name in ("onset", "compromised", "plant", "heat", "series")}
+    for values in episode[:-1]:
+        values[:] = 7
+    episode.metrics[:] = tuple(range(1, 1 + len(episode.metrics.dtype)))
+    for name, values in drawn.items():
+        getattr(episode, name)[:] = values
+    start(game.constants, game.rules, episode._replace(metrics=episode.metrics.view(np.recarray)))
+    assert (episode.temperature == 24.0).all()
+    np.testing.assert_array_equal(episode.covariance, 1e4 * np.eye(4))
+    counted = (
+        "squared_error",
+        "squared_by_zone",
+        "absolute_error",
+        "energy_j",
+        "residual_sum",
+        "used",
+        "step",
+        "choice",
+    )
+    shown = ("residual", "mean_residual", "estimate", "fed", "forced", "integrator", "heating", "plan", "recursive")
+    for name in (*counted, *shown, "innovation", "innovation_mean"):
+        values = getattr(episode, name)
+        assert values.size
+        assert not values.any(), name
+    told = {name: episode.metrics[name][0] for name in episode.metrics.dtype.names}
+    assert (told["onset_step"], told["num_compromised"]) == (drawn["onset"], drawn["compromised"].sum())
+    for name in ("distinct_sets", "flawed_steps", "model_steps", "rejecting_steps", "discomfort_h", "attack_kwh"):
+        assert told[name] == 0.0, name
+
+
 def test_the_paper_s_group_is_a_prefix_of_the_order() -> None:
     for size, group in ((1, [2]), (2, [1, 2]), (3, [1, 2, 4]), (4, [1, 2, 3, 4])):
         assert (np.flatnonzero(started(num_compromised=size).state.compromised[0]) + 1).tolist() == group
@@ -298,6 +358,49 @@ def test_attacker_sees_everything_or_its_own_sensors() -> None:
     assert view["temperature"][0] == pytest.approx(np.clip(game.state.temperature[0], 15, 35), abs=1e-5)
     assert view["attack_h"][0] == pytest.approx(21 / 30, abs=1e-5)
     assert view["time_of_day"][0] == pytest.approx([np.sin(220 * np.pi / 360), np.cos(220 * np.pi / 360)], abs=1e-6)
+
+
+def test_the_attacker_sees_the_loop_as_it_is() -> None:
+    game = started((1,), "learning", **SHORT, attacker_view="white", attacker_sees_choice=True)
+    view, fields = seen(game, "attacker"), game.fields["attacker"]
+    for name in ("residual", "mean_residual", "last_choice"):
+        assert view[name].shape[1] > 0
+        assert not view[name].any(), name  # nothing is chosen yet, and the window is not full
+    go(game, 3, np.full(5, 0.2), num_steps=60)
+    state, view, eps = game.state, seen(game, "attacker"), game.config.threshold_c2
+    expected = {
+        "reading": state.reading,
+        "residual": np.log1p(state.residual / eps),
+        "mean_residual": np.log1p(state.mean_residual / eps),
+        "last_choice": np.eye(int(game.action_space["defender"].n))[[3]],
+        "last_estimate": state.fed,
+        "heating": state.heating,
+        "innovation": state.innovation,
+        "innovation_mean": state.innovation_mean,
+    }
+    for name, values in expected.items():
+        field = fields[list(fields.slices).index(name)]
+        np.testing.assert_allclose(view[name], np.clip(values, field.low, field.high), atol=1e-3, err_msg=name)
+        assert view[name].any(), name
+    assert game.fields["defender"].slices["estimate"].stop - game.fields["defender"].slices["estimate"].start == (
+        4 * int(game.action_space["defender"].n)
+    )
+
+
+def test_observations_reach_as_far_as_what_they_show() -> None:
+    """Temperatures 10 C around the reference, the outside as far as it swings and 1 C at least."""
+    game = started((1,), "learning", attacker_view="white", attacker_sees_choice=True)
+    c, hours = game.config, game.config.duration_h
+    shares = ("last_choice", "better_half", "passes", "ready", "compromised", "active")
+    reach = dict.fromkeys(shares, (0, 1)) | dict.fromkeys(("reading", "measured"), (c.sensor_low_c, c.sensor_high_c))
+    reach |= dict.fromkeys(("estimate", "last_estimate", "temperature"), (c.reference_c - 10, c.reference_c + 10))
+    reach |= dict.fromkeys(("residual", "mean_residual"), (0, 8)) | {"time_of_day": (-1, 1), "outdoor_c": (4, 16)}
+    reach |= dict.fromkeys(("innovation", "innovation_mean"), (-10, 10)) | {"heating": (0, c.max_heating_w)}
+    reach |= dict.fromkeys(("elapsed_h", "attack_h"), (0, hours)) | {"samples": (0, c.num_steps)}
+    shown = {field.name: field for role in ROLES for field in game.fields[role]}
+    assert {name: (field.low, field.high) for name, field in shown.items()} == reach
+    still = started((1,), outdoor_mean_c=10.0, outdoor_swing_c=0.0).fields["defender"]
+    assert {(field.low, field.high) for field in still if field.name == "outdoor_c"} == {(9, 11)}
 
 
 def test_the_attack_is_active_when_the_next_reading_counts() -> None:

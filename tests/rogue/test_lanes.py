@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from cps_envs.core.types import Array, Role
+from cps_envs.rogue import lanes
 from cps_envs.rogue.game import RogueGame
-from cps_envs.rogue.lanes import WIDTH, WORTH
+from cps_envs.rogue.lanes import WIDTH, WORTH, lane, load, make_block, make_plants, store
 from cps_envs.rogue.problem import ROGUE
+from cps_envs.rogue.state import platoon
+from tests.episodes import started
 
 PRESETS = ("paper", "learning", "easy", "seats")
 CONTACTS = {"pass": {"contact": "pass"}, "solid": {"contact": "solid", "bumper_mps": 1.0}}
@@ -50,3 +53,34 @@ def test_side_by_side_as_alone(preset: str, contact: str) -> None:
     assert list(side_by_side) == alone
     assert together.metrics()["collisions"].sum() > 0
     assert together.metrics()["alarms"].sum() > 0
+
+
+def test_an_episode_goes_into_a_lane_and_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its lane shows the vehicles of its platoon as the state does; store brings back what has changed in it."""
+    monkeypatch.setattr(lanes, "borrowed", lambda array: array)  # outside of kernels
+    game, n, generator = started(ROGUE, (0, 1), "learning"), 4, np.random.default_rng(0)
+    for values in game.state:
+        values[...] = generator.integers(0, 2, values.shape) if values.dtype == bool else generator.random(values.shape)
+        values[1] = ~values[0] if values.dtype == bool else values[0] + 1
+    block, plants, start = make_block(n), make_plants(), [values.copy() for values in game.state]
+    drawn = game.drawn.view(np.recarray)
+    for b, k in ((1, 7), (0, 7), (1, 8)):  # the second takes the place of the first
+        load(block, plants, game.state, drawn, b, k, n)
+    for b, k in ((0, 7), (1, 8)):
+        shown = lane(block, game.state, b, k, n)
+        for name, values in platoon(game.state, b, n)._asdict().items():
+            np.testing.assert_array_equal(getattr(shown, name), values, err_msg=name)
+        assert all(getattr(plants, name)[k] == drawn[b][name] for name in plants._fields)
+    moved = lane(block, game.state, 0, 7, n)
+    for name in set(moved._fields) - {"growth", "alarm", "controller", "damage", "collisions"}:  # which are not moved
+        values = getattr(moved, name)
+        values[:] = ~values if values.dtype == bool else values + 5
+        kept = platoon(game.state, 0, n)
+        assert not (getattr(kept, name) == values).any(), name
+    for b, k in ((0, 7), (1, 8)):
+        store(block, game.state, b, k, n)
+    for name, before, values in zip(moved._fields, start, game.state, strict=True):
+        np.testing.assert_array_equal(values[1], before[1], err_msg=name)
+        changed = getattr(moved, name)
+        np.testing.assert_array_equal(values[0].reshape(-1)[: changed.size], changed, err_msg=name)
+        np.testing.assert_array_equal(values[0].reshape(-1)[changed.size :], before[0].reshape(-1)[changed.size :])
