@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ import pytest
 pytest.importorskip("scipy", reason="needs the baselines")
 
 from cps_agents.arena.sources import sources_of
-from cps_agents.scoring.board import agreement, board
+from cps_agents.scoring.board import BoardEntry, agreement, board
 from cps_agents.scoring.kind import kind_of
 from cps_baselines.searched import found
 from cps_baselines.tracks import find_track, tracks
@@ -20,16 +21,22 @@ LEAST = 0.9  # Kendall's tau between two halves
 START = "untrained=true"
 
 
+@cache
+def rows_of(name: str) -> list[BoardEntry]:
+    """A board; refuses files of another digest."""
+    return board(find_track(name))
+
+
 @pytest.mark.parametrize("name", tracks())
 def test_what_does_not_look_is_not_above_zero(name: str) -> None:
-    scores = {row.name: row.score for row in board(find_track(name))}  # refuses files of another digest
+    scores = {row.name: row.score for row in rows_of(name)}
     for blind in BLIND:
         assert scores[blind].estimate.mean <= scores[blind].half_width, scores[blind].line
 
 
 @pytest.mark.parametrize("name", tracks())
 def test_two_halves_of_the_episodes_rank_entries_alike(name: str) -> None:
-    alike = agreement(board(find_track(name)))
+    alike = agreement(rows_of(name))
     if alike is not None:
         assert alike.by_rank >= LEAST, alike
         stated = f"{alike.by_mean:.2f} in `{name}`" in " ".join(PAGE.read_text("utf-8").split())
@@ -39,21 +46,21 @@ def test_two_halves_of_the_episodes_rank_entries_alike(name: str) -> None:
 @pytest.mark.parametrize("name", tracks())
 def test_entries_are_of_the_networks_that_ship(name: str) -> None:
     track = find_track(name)
-    for row in board(track):
+    for row in rows_of(name):
         assert sources_of(track.problem, row.score.policy) == dict(row.score.sources), f"score {row.name} again"
 
 
 @pytest.mark.parametrize("name", tracks())
 def test_entries_say_what_made_them(name: str) -> None:
     track = find_track(name)
-    for row in board(track):
+    for row in rows_of(name):
         assert row.score.kind == kind_of(track, row.score.policy), row.name
 
 
 @pytest.mark.parametrize("name", tracks())
 def test_what_a_search_began_with_is_an_entrant_too(name: str) -> None:
     track = find_track(name)
-    entrants = {row.score.policy for row in board(track)}
+    entrants = {row.score.policy for row in rows_of(name)}
     for policy in entrants:
         if policy.partition("?")[0] in found(track.problem) and START not in policy:
             assert f"{policy}{'&' if '?' in policy else '?'}{START}" in entrants
@@ -61,6 +68,6 @@ def test_what_a_search_began_with_is_an_entrant_too(name: str) -> None:
 
 def test_a_score_is_cheap() -> None:
     """CPU seconds of the networks that ship: 60 in seven tracks, 90 in all."""
-    spent = {name: row.score.cpu_s for name in tracks() for row in board(find_track(name)) if row.name == "network"}
+    spent = {name: row.score.cpu_s for name in tracks() for row in rows_of(name) if row.name == "network"}
     assert max(spent.values()) <= 90, spent
     assert sum(each > 60 for each in spent.values()) <= 1, spent

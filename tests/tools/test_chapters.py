@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import re
 import subprocess
 import sys
@@ -33,6 +34,16 @@ NUMBERED = {  # what the dissertation numbers in chapters 2 to 5, counted in its
     "Table": ["2.1", "2.2", "2.3", *(f"3.{n}" for n in range(1, 8)), "4.1", "4.2", "5.1"],
     "Algorithm": ["1", "2", "3", "4"],
 }
+
+
+@pytest.fixture(scope="module")
+def pages() -> Iterator[dict[str, str]]:
+    """The pages, computed once for all tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(docs, "boards", functools.cache(docs.boards))
+        texts = docs.pages(docs.boards())
+        patch.setattr(docs, "pages", lambda _: texts)
+        yield texts
 
 
 def problem_of(name: str) -> object:
@@ -108,10 +119,12 @@ def test_a_place_that_is_not_there_is_noticed() -> None:
         assert not exists(Place(kind, name))
 
 
+@pytest.mark.usefixtures("pages")
 def test_the_generated_page_is_current(capsys: pytest.CaptureFixture[str]) -> None:
     assert docs.main(["--check"]) == 0, capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("pages")
 def test_an_old_page_is_found_and_written_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -122,41 +135,31 @@ def test_an_old_page_is_found_and_written_anew(
     assert docs.main(["--check", *folder]) == 0
 
 
-def test_a_role_has_a_page_with_everything_that_there_is_to_know() -> None:
-    page = docs.pages()["environments/DisbandingAttack.md"]
+def test_a_role_has_a_page_with_everything_that_there_is_to_know(pages: dict[str, str]) -> None:
+    page = pages["environments/DisbandingAttack.md"]
     for heading in ("Story", "Threat Model", "Action Space", "Observation Space", "Presets and Baselines"):
         assert f"\n## {heading}\n" in page
     for heading in ("Code to Start", "Rewards", "References", "Version History"):
         assert f"\n## {heading}\n" in page
-    assert "\n## Presets\n" in docs.pages()["environments/disbanding.md"]  # both roles share them
+    assert "\n## Presets\n" in pages["environments/disbanding.md"]  # both roles share them
     assert "{" not in page.partition("## Arguments")[0].replace("{table}", "")
     assert "| 0-9 | `mean_speed` |" in page
-    assert "`vehicle_0` to `vehicle_99`" in docs.pages()["environments/DisbandingDefense.md"]
+    assert "`vehicle_0` to `vehicle_99`" in pages["environments/DisbandingDefense.md"]
 
 
-def test_pictures_of_the_pages_are_there_and_small() -> None:
+def test_pictures_of_the_pages_are_there_and_small(pages: dict[str, str]) -> None:
     for problem in PROBLEMS:
         film = docs.FOLDER / "images" / f"{problem}.gif"
         assert 10_000 < film.stat().st_size < 2_000_000
-        root = ElementTree.fromstring(docs.pages()[f"images/{problem}-loop.svg"])
+        root = ElementTree.fromstring(pages[f"images/{problem}-loop.svg"])
         assert root.attrib["aria-label"]
 
 
 def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("myst_nb", reason="needs sphinx and myst-nb, which build the site")
     pytest.importorskip("furo", reason="needs furo, the style of the site")
-    command = [
-        sys.executable,
-        "-m",
-        "sphinx",
-        "-q",
-        "-W",
-        "--keep-going",
-        "-b",
-        "html",
-        str(docs.FOLDER),
-        str(tmp_path),
-    ]
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
+    command += ["-D", "nb_execution_mode=off", str(docs.FOLDER), str(tmp_path)]  # tests/test_pages.py runs notebooks
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
     assert (tmp_path / "environments" / "RogueDefense.html").is_file()

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from cps_agents.scoring.board import BoardEntry, boards, front
+from cps_agents.scoring.board import BoardEntry, front
 from cps_agents.scoring.frozen import read_frozen
 from cps_baselines.tracks import Track, tracks
 from cps_envs import PROBLEMS
 
 
-def leaders() -> dict[str, str]:
-    """The table of each game by the name of its page."""
-    found = boards()
+def leaders(found: Mapping[str, Sequence[BoardEntry]]) -> dict[str, str]:
+    """The table of each game by the name of its page, of these boards."""
     return {f"{name}.md": "\n".join(_leaders(name, found)) + "\n" for name in PROBLEMS}
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from cps_agents.scoring.board import BoardEntry, agreement, board, table
+from cps_agents.scoring.board import BoardEntry, agreement, table
 from cps_agents.scoring.frozen import Frozen, read_frozen
 from cps_agents.sheet import Sheet
 from cps_baselines.tracks import CHALLENGE, tracks
@@ -28,12 +28,12 @@ stronger opponent may exist. Where nobody has looked stands -.
 """
 
 
-def page() -> str:
-    """The page as Markdown."""
+def page(found: Mapping[str, Sequence[BoardEntry]]) -> str:
+    """The page as Markdown, of these boards."""
     parts = [INTRODUCTION.rstrip()]
     for track in tracks().values():
         parts.append(f"## {track.name}")
-        frozen, rows = read_frozen(track), board(track)
+        frozen, rows = read_frozen(track), found[track.name]
         parts.append("\n".join(table(track, rows).markdown()) if rows else "No entry yet.")
         parts.append(_facts(frozen, rows))
         parts.append("\n".join(_panel(frozen).markdown()))

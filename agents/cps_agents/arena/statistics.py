@@ -24,7 +24,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cps_envs.core.errors import require
-from cps_envs.core.types import FloatArray
+from cps_envs.core.types import FloatArray, IntArray
 
 LEVEL = 0.95
 RESAMPLES = 4000
@@ -158,15 +158,14 @@ def _in_order(sides: Sequence[Strata]) -> list[Strata]:
     Neither has an order of its own, so the interval must not depend on the one they come in: resamples of a few seeds
     take few values, and an end may jump from one to the next.
     """
-    by_seed = []
-    for strata in sides:
-        seeds = sorted(range(len(strata[0])), key=lambda s: [np.sort(values[s]).tolist() for values in strata])
-        by_seed.append([values[seeds] for values in strata])
-    orders = [
-        sorted(range(group[0].shape[1]), key=lambda e: [np.sort(values[:, e]).tolist() for values in group])
-        for group in zip(*by_seed, strict=True)
-    ]
+    by_seed = [[values[_order(strata)] for values in strata] for strata in sides]
+    orders = [_order([values.T for values in group]) for group in zip(*by_seed, strict=True)]
     return [[values[:, order] for values, order in zip(strata, orders, strict=True)] for strata in by_seed]
+
+
+def _order(arrays: Sequence[FloatArray]) -> IntArray:
+    """The order of the rows by their sorted values, first those of the first array."""
+    return np.lexsort(np.hstack([np.sort(values, axis=1) for values in arrays]).T[::-1])
 
 
 def _resampled(
