@@ -7,7 +7,8 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ FIRST = README + (DOCS / "start.md").read_text(encoding="utf-8")  # the pages th
 ADDRESS = "https://github.com/cps-envs/cps-envs/blob/main/"
 RAW = "https://raw.githubusercontent.com/cps-envs/cps-envs/main/"
 SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
-PYTHON = list(dict.fromkeys(SNIPPET.findall(FIRST)))
+PYTHON = list(dict.fromkeys(re.sub(r"  # .*", "", snippet) for snippet in SNIPPET.findall(FIRST)))
 GAMES = [
     pytest.param(snippet, id=f"{page.parent.name}-{page.stem}-{place}")
     for name in PROBLEMS
@@ -36,6 +37,15 @@ LINES = [
     for line in block.splitlines()
 ]
 COMMANDS = [line for line in dict.fromkeys(LINES) if line.startswith("cps-envs ")]
+LESS = {  # the same with less work, for the tests that are not slow
+    r"total_timesteps=[\d_]+": "total_timesteps=2_000",
+    r"range\(((?:\d+_)+000), [\d_]+\)": r"range(\1, \1 + 4)",  # seeds of episodes
+    r"range\(100\)": "range(4)",
+    r"--episodes \d+": "--episodes 2",
+    r"(report .*)": r"\1 --set duration_s=2 --jobs 1",
+    r"(league .*)": r"\1 --attacker random --attacker square --defender none --defender pd --jobs 1",
+    r"(score (?!.*--dev).*)": r"\1 --dev",
+}
 NOTEBOOKS = sorted((DOCS / "tutorials").glob("*.ipynb"))
 TABLED = sorted([ROOT / "README.md", *DOCS.rglob("*.md")])
 PAGES = sorted([*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *DOCS.rglob("*.ipynb")])
@@ -46,6 +56,20 @@ WORDS = 700
 EACH_NOTEBOOK = pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebook: notebook.stem)
 
 
+def shortened(text: str) -> str:
+    """A snippet or a command with less work to do."""
+    for long, short in LESS.items():
+        text = re.sub(long, short, text)
+    return text
+
+
+SHORT = [pytest.param(shortened, id="short"), pytest.param(str, marks=pytest.mark.slow, id="as-printed")]
+RUNS = [  # the same command twice is run once
+    *(pytest.param(shortened, command, id=command) for command in dict.fromkeys(map(shortened, COMMANDS))),
+    *(pytest.param(str, command, id=f"{command}-as-printed", marks=pytest.mark.slow) for command in COMMANDS),
+]
+
+
 def run(folder: Path, code: str, *arguments: str) -> None:
     """Run Python code in a process of its own, with `arguments` of the interpreter or the program."""
     for package in ("stable_baselines3", "minari"):
@@ -53,7 +77,7 @@ def run(folder: Path, code: str, *arguments: str) -> None:
             pytest.importorskip(package)
     options = [each for each in arguments if each.startswith("-W")]
     command = [sys.executable, *options, "-c", code, *(each for each in arguments if each not in options)]
-    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=1800, check=False)
     assert result.returncode == 0, result.stdout[-2000:] + result.stderr[-4000:]
 
 
@@ -62,21 +86,29 @@ def cells(notebook: Path) -> list[dict[str, Any]]:
     return found
 
 
+@pytest.fixture(scope="module", params=SHORT)
+def change(request: pytest.FixtureRequest) -> Any:
+    """What becomes of a text before it is run."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def trained(change: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the model that the first pages train."""
     folder = tmp_path_factory.mktemp("trained")
     (training,) = (snippet for snippet in PYTHON if "model.learn" in snippet)
-    run(folder, training)
+    run(folder, change(training))
     return folder
 
 
 @pytest.mark.parametrize("snippet", PYTHON, ids=lambda text: text.strip().splitlines()[-1][:40])
-def test_python_snippets_run(snippet: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+def test_python_snippets_run(
+    snippet: str, change: Callable[[str], str], request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
     if "model.learn" in snippet:
         assert list(request.getfixturevalue("trained").glob("*.zip"))
     else:
-        run(tmp_path, snippet)
+        run(tmp_path, change(snippet))
 
 
 @pytest.mark.parametrize("snippet", GAMES)
@@ -84,15 +116,17 @@ def test_snippets_of_the_pages_of_a_game_run_without_a_warning(snippet: str, tmp
     run(tmp_path, snippet, "-Werror")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.usefixtures("change")
+@pytest.mark.parametrize(("change", "command"), RUNS, indirect=["change"])
 def test_commands_run(command: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     folder = request.getfixturevalue("trained") if "sb3:" in command else tmp_path
     run(folder, "from cps_agents.cli import main; main()", *shlex.split(command)[1:])
 
 
 @EACH_NOTEBOOK
-def test_a_notebook_runs(notebook: Path, tmp_path: Path) -> None:
-    run(tmp_path, "\n".join("".join(cell["source"]) for cell in cells(notebook) if cell["cell_type"] == "code"))
+def test_a_notebook_runs(notebook: Path, change: Callable[[str], str], tmp_path: Path) -> None:
+    code = "\n".join("".join(cell["source"]) for cell in cells(notebook) if cell["cell_type"] == "code")
+    run(tmp_path, change(code))
 
 
 @EACH_NOTEBOOK
@@ -152,12 +186,17 @@ def test_the_modules_that_a_page_runs_exist(page: Path) -> None:
         assert find_spec(module).submodule_search_locations is None or find_spec(f"{module}.__main__"), module
 
 
-def parse(arguments: list[str], words: str) -> None:
-    """Read a command line without running it."""
+@cache
+def command_line() -> Any:
     pytest.importorskip("typer", reason="needs the command line")
     from cps_agents.cli import whole
 
-    command = whole()
+    return whole()
+
+
+def parse(arguments: list[str], words: str) -> None:
+    """Read a command line without running it."""
+    command = command_line()
     while hasattr(command, "resolve_command"):
         while arguments and arguments[0] in ("--trust", "--debug"):
             arguments = arguments[1:]
@@ -175,7 +214,7 @@ def parse(arguments: list[str], words: str) -> None:
 
 
 def test_there_is_something_of_each_kind() -> None:
-    assert len(PYTHON) >= 3
+    assert len(PYTHON) >= 2
     assert len(GAMES) >= 2 * len(PROBLEMS)
     assert len(COMMANDS) >= 4
     assert len(NOTEBOOKS) >= 5
