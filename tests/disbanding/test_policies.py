@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ play = partial(episodes.play, DISBANDING)
 spec_of = partial(episodes.spec_of, DISBANDING)
 
 
+@cache
 def errors_of(
     defender: str, attacker: str = "lead", metric: str = "velocity_error_intact", **overrides: Any
 ) -> list[float]:
