@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 import signal
 import sys
+import zlib
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,10 +17,12 @@ import pytest
 
 pytest.importorskip("scipy")
 
-from cps_agents.arena.statistics import Estimate
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
+from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
-from cps_agents.league.exploitability import gain_over, judge, league_value, line_up_known
+from cps_agents.league import exploitability
+from cps_agents.league.exploitability import Judgement, gain_over, judge, league_value, line_up_known
 from cps_agents.league.league import asked, play_league
 from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue, usual_recipe
 from cps_agents.league.report import document
@@ -32,9 +37,10 @@ from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
 from cps_baselines.searches import SearchSpace
 from cps_envs import find_problem
+from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
-from cps_envs.core.types import Role
+from cps_envs.core.types import ROLES, Role
 from tests.agents.command_line import run
 from tests.agents.trained import save_tiny
 from tools.recipes import SEARCHED
@@ -55,8 +61,22 @@ def answered(*references: str) -> Responses:
     return Responses(tuple(Response("ppo", k, name, 7, 1.0, -float(k)) for k, name in enumerate(references)))
 
 
-@pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_validation_chooses_the_best_of_all_and_fresh_episodes_judge_it(role: Role, tmp_path: Path) -> None:
+def drawn_pays(draw: int, attacker: str, defender: str, start: int, episodes: int) -> Any:
+    """What a pair's episodes pay, drawn instead of played."""
+    return np.random.default_rng([draw, zlib.crc32(f"{attacker} {defender}".encode()), start]).normal(size=episodes)
+
+
+@pytest.mark.parametrize("draw", range(4))
+@pytest.mark.parametrize("role", ROLES)
+def test_validation_chooses_the_best_of_all_and_fresh_episodes_judge_it(
+    role: Role, draw: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def played(table: Table, *_: Any) -> Any:
+        rows = [[(a.reference, d.reference) for d in table.defenders] for a in table.attackers]
+        last = table.first_seed, table.episodes
+        return SimpleNamespace(values=np.array([[drawn_pays(draw, *pair, *last) for pair in row] for row in rows]))
+
+    monkeypatch.setattr(exploitability, "play_table", played)
     mine, theirs = (["square", "switching"], ["pd", "sliding"])[:: 1 if role == "attacker" else -1]
     question = Question(role, mix(theirs, [1, 3]), VENUE, episodes=4)
     present, left_out = line_up_known(question, mine, Store(tmp_path), 1)
@@ -65,22 +85,48 @@ def test_validation_chooses_the_best_of_all_and_fresh_episodes_judge_it(role: Ro
 
     def expected(name: str, start: int) -> Any:
         pairs = [(name, rival) if role == "attacker" else (rival, name) for rival in theirs]
-        first, second = (returns(*pair, range(start, start + 4)) for pair in pairs)
+        first, second = (drawn_pays(draw, *pair, start, 4) for pair in pairs)
         return 0.25 * first + 0.75 * second
 
     validation = {name: expected(name, 1_000_000).mean() for name in (*mine, "none")}
     assert found.known == max(mine, key=lambda name: sign * validation[name])
     response = max((mine[0], "none"), key=lambda name: sign * validation[name])
     assert found.response == f"ppo, seed {(mine[0], 'none').index(response)}"
-    assert found.response_pay.mean == pytest.approx(expected(response, 0).mean())
-    assert found.known_pay.mean == pytest.approx(expected(found.known, 0).mean())
-    assert found.gain.mean == pytest.approx(sign * (found.response_pay.mean - found.known_pay.mean), abs=1e-12)
+    assert found.response_pay == estimate([expected(response, 0)[None]])
+    assert found.known_pay == estimate([expected(found.known, 0)[None]])
+    assert found.gain == estimate([sign * (expected(response, 0) - expected(found.known, 0))[None]])
     both = {found.response: found.response_pay, found.known: found.known_pay}
     assert sign * found.pay.mean == max(sign * each.mean for each in both.values())  # the worst of what is shown
     assert found.pay == both[found.best]
     paid = [sign * each.mean for each in found.validation.values()]
     assert paid == sorted(paid, reverse=True)
     assert len(paid) == 4
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_pays_of_a_judgement_are_those_of_its_episodes(role: Role, tmp_path: Path) -> None:
+    mine, theirs = ("square", ["pd", "sliding"]) if role == "attacker" else ("pd", ["square", "switching"])
+    question = Question(role, mix(theirs, [1, 3]), VENUE, episodes=4)
+    present, left_out = line_up_known(question, [mine], Store(tmp_path), 1)
+    found = judge(question, present, left_out, answered("none"), Store(tmp_path), 1, silent)
+    for name, pay in (("none", found.response_pay), (mine, found.known_pay)):
+        pairs = [(name, rival) if role == "attacker" else (rival, name) for rival in theirs]
+        first, second = (returns(*pair, range(4)) for pair in pairs)
+        assert pay.mean == pytest.approx((0.25 * first + 0.75 * second).mean())
+
+
+def test_known_policies_that_cannot_play_are_left_out_with_the_reason(tmp_path: Path) -> None:
+    question = Question("defender", mix(["square"]), VENUE, episodes=1)
+    present, left_out = line_up_known(question, ["pd", "disband_2?number=-3"], Store(tmp_path), 1)
+    assert [each.name for each in present.defenders] == ["pd"]
+    assert list(left_out) == ["disband_2?number=-3"]
+
+
+def test_a_response_is_the_best_only_where_it_gains() -> None:
+    one, two = Estimate(3.0, 2.0, 4.0, 1, 9), Estimate(5.0, 4.0, 6.0, 1, 9)
+    for gain, best in ((0.1, ("new", one)), (0.0, ("old", two)), (-0.1, ("old", two))):
+        found = Judgement({}, "new", "old", one, two, Estimate(gain, None, None, 1, 1), {})
+        assert (found.best, found.pay) == best
 
 
 def test_an_opponent_that_cannot_play_is_an_error(tmp_path: Path) -> None:
@@ -183,17 +229,32 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
     path.write_text(json.dumps(document(found, {}, 0.0)))
     value = league_value(path, VENUE)
     assert value.mean == pytest.approx(returns("square", "pd", range(3)).mean())
-    written = json.loads(path.read_text())["equilibrium"]
-    assert (value.low, value.high) == (written["low"], written["high"])
+    league = json.loads(path.read_text())
+    written = league["equilibrium"]
+    assert (value.low, value.high, value.seeds, value.episodes) == (written["low"], written["high"], 1, 3)
     assert written["low"] < written["value"] < written["high"]
     with pytest.raises(CommandError, match="other duration_s"):
         league_value(path, Venue("rogue", "easy", {"duration_s": 4.0}))
     with pytest.raises(CommandError, match="play the league first"):
         league_value(tmp_path / "none.json", VENUE)
+    league["config"]["control_period_s"] = 9.0  # a form of acting, which makes no other game
+    for changed, refused in (
+        ({"episodes": 1_000_000}, None),
+        ({"episodes": 1_000_001}, "whole number from 1 to 1000000"),
+        ({"metric": "damage"}, r"another game \(rogue, metric damage\)"),
+        ({"problem": "fdi"}, r"another game \(fdi, metric return\)"),
+    ):
+        path.write_text(json.dumps(league | changed))
+        with pytest.raises((CommandError, DamagedFileError), match=refused) if refused else nullcontext():
+            assert league_value(path, VENUE).mean == value.mean
+    path.write_text(json.dumps(league | {"equilibrium": written | {"low": None, "high": None}}))
+    assert league_value(path, VENUE).low is None
     response = Estimate(5.0, 4.0, 7.0, 1, 3)
     assert gain_over(Estimate(2.0, 1.0, 3.0, 1, 3), response, "attacker") == Estimate(3.0, 1.0, 6.0, 1, 3)
     assert gain_over(Estimate(9.0, 8.0, 9.5, 1, 3), response, "defender") == Estimate(4.0, 1.0, 5.5, 1, 3)
-    assert gain_over(Estimate(9.0, None, None, 1, 3), response, "defender").low is None
+    for one, other in (((None, None), (1.0, 2.0)), ((1.0, 2.0), (None, None)), ((1.0, None), (1.0, 2.0))):
+        found_gain = gain_over(Estimate(9.0, *one, 1, 3), Estimate(9.0, *other, 1, 3), "defender")
+        assert (found_gain.low, found_gain.high) == (None, None)
 
 
 TINY = (

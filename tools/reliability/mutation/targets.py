@@ -157,8 +157,11 @@ STARTED_ROGUE = _of(
 )
 EXPLOITED = _of(
     "tests/agents/test_league_response.py",
-    "gains_over_a_league_count_both_intervals",
+    "a_response_is_the_best_only_where_it_gains",
     "validation_chooses_the_best_of_all_and_fresh_episodes_judge_it",
+    "known_policies_that_cannot_play_are_left_out_with_the_reason",
+    "an_opponent_that_cannot_play_is_an_error",
+    "gains_over_a_league_count_both_intervals",
 )
 SCORED = _of(  # the others of this file freeze tracks, which takes minutes in plain Python
     "tests/agents/test_scoring.py",
