@@ -161,19 +161,23 @@ def test_each_vehicle_has_disturbances_that_change_at_times_of_their_own() -> No
 
 @pytest.mark.parametrize(
     ("preset", "overrides"),
-    [("defense", {}), ("drawn", {"disturbance_hold_s": 0.5, "own_phases": True}), ("learning", {})],
+    [
+        ("defense", {"disturbance_hold_s": 0.5}),
+        ("drawn", {"disturbance_hold_s": 0.5, "own_phases": True}),
+        ("learning", {}),
+    ],
 )
 def test_an_episode_is_drawn_from_its_own_generator_in_one_order(preset: str, overrides: dict[str, Any]) -> None:
     """Task, start, disturbances, phases, noise, attack, gains: what a preset leaves out takes no number."""
-    game = FdiGame(FDI.config(preset, overrides), 3)
-    game.reset(np.ones(3, np.bool_), [np.random.default_rng(b) for b in range(3)])
+    game = FdiGame(FDI.config(preset, overrides), 6)
+    game.reset(np.ones(6, np.bool_), [np.random.default_rng(b) for b in range(6)])
     c, n, before = game.config, game.config.num_vehicles, [part[1].copy() for part in game.parts()]
-    generators = [np.random.default_rng(10 + b) for b in range(3)]
-    game.reset(np.array([True, False, True]), generators)
+    generators = [np.random.default_rng(10 + b) for b in range(6)]
+    game.reset(np.arange(6) != 1, generators)
     for part, kept in zip(game.parts(), before, strict=True):
         np.testing.assert_array_equal(part[1], kept)  # of an episode that goes on
     assert generators[1].random() == np.random.default_rng(11).random()
-    for b in (0, 2):
+    for b in (0, 2, 3, 4, 5):
         state, own = game.episode(b), np.random.default_rng(10 + b)
         assert state.task[0] == own.integers(len(game.tasks))
         spread = np.repeat([c.gap_spread_m, c.speed_spread_mps], n)
@@ -191,6 +195,8 @@ def test_an_episode_is_drawn_from_its_own_generator_in_one_order(preset: str, ov
             size = own.uniform(*bounds(size))
         np.testing.assert_allclose(state.disturbance, size * pushes, rtol=1e-12)
         assert generators[b].random() == own.random()
+    if c.estimator == "kalman":
+        assert len(set((game.state.onset == game.horizon).tolist())) == 2  # with and without an attack
 
 
 def test_a_generator_is_used_where_anything_is_left_to_chance() -> None:
