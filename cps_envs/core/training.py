@@ -18,6 +18,7 @@ class Training:
     """
 
     adapter: str = NATIVE  # name among the problem's `adapters` of the role
+    opponent: str = ""  # whom a learner of preset learning meets; empty: who plays the other role there
     frame_skip: int = 1  # decisions of the role for which an agent holds its action
     recent_s: tuple[float, ...] = ()  # s, time constants of running averages of the observation, which are appended
     rough_s: float = 0.0  # s, time constant of a running average of the observation's changes; 0: none

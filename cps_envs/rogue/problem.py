@@ -15,6 +15,12 @@ ATTACKERS = (
     'mixture?policies=["none","square?frequency_hz=0.05","duty_square","random","strike","switching",'
     '"contested?against=sliding","contested?against=monitor","identify","always?action=-1"]'
 )
+# Attackers of differing kinds, which a learning defender meets; others are left for judging.
+LEARNING_ATTACKERS = (
+    'mixture?policies=["none","square","square?frequency_hz=0.05","duty_square","random","strike","switching",'
+    '"contested?against=sliding","contested?against=monitor","contested?against=pd","contested?against=disband_7",'
+    '"contested?against=assigned?laws=f","identify","always?action=-1"]&weights=[1,2,1,1,1,1,1,3,3,1,1,1,2,1]'
+)
 
 
 def vehicle_steps(config: RogueConfig) -> float:
@@ -53,18 +59,20 @@ ROGUE = Problem(
             num_envs=128,
             ppo={"n_steps": 64, "batch_size": 2048, "n_epochs": 4, "learning_rate": 1.5e-3, "ent_coef": 0.003},
         ),
-        "defender": Training(
-            adapter="vehicle",
-            frame_skip=10,
+        "defender": Training(  # begins as `guard`, and learns where vehicles near a suspect do better
+            adapter="guard",
+            opponent=LEARNING_ATTACKERS,
+            frame_skip=5,
             recent_s=(3.0, 20.0),
             rough_s=1.0,
-            neutral_bias=2.5,
+            neutral_bias=3.0,
             ppo={
                 "n_steps": 64,
                 "batch_size": 4096,
                 "n_epochs": 5,
-                "learning_rate": 5e-3,
-                "gamma": 0.97,
+                "learning_rate": 3e-3,
+                "final_learning_rate": 3e-4,
+                "gamma": 0.98,
                 "gae_lambda": 0.9,
                 "target_kl": 0.03,
             },

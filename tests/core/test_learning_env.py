@@ -13,6 +13,7 @@ import cps_envs
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.seeds import TRAINING_START, training_seed
+from cps_envs.rogue.problem import ROGUE
 from tests.core.toy import TOY, ToyAttackVectorEnv, ToyDefenseVectorEnv
 
 QUIET: dict[str, Any] = {"opponent": "none", "reach_m": 0.0}
@@ -178,6 +179,16 @@ def test_roles_are_found_by_short_names_and_ids() -> None:
     with pytest.raises(UnknownNameError, match=r"no role 'RougeAttack'\. Did you mean 'RogueAttack'"):
         cps_envs.learning_env("RougeAttack", 2)
     assert cps_envs.learning_env("FdiAttack", 2, adapter="native").role == "attacker"
+
+
+def test_learners_meet_whom_their_settings_name_in_preset_learning_alone() -> None:
+    usual = ROGUE.opponents
+    told = ROGUE.training["defender"].opponent
+    assert LearningVectorEnv(ROGUE, "defender", 8).opponent == told != usual["learning"]["attacker"]
+    assert LearningVectorEnv(ROGUE, "defender", 8, opponent="square").opponent == "square"
+    easy = LearningVectorEnv(ROGUE, "defender", 8, preset="easy", adapter="vehicle")
+    assert easy.opponent == usual["easy"]["attacker"]
+    assert LearningVectorEnv(ROGUE, "attacker", 8).opponent == usual["learning"]["defender"]
 
 
 def test_the_native_adapter_shows_what_the_role_sees() -> None:

@@ -11,6 +11,7 @@ from cps_agents.files import write_json
 from cps_agents.scoring import frozen
 from cps_agents.scoring.playing import answers, pays, seeds_of
 from cps_baselines.tracks import CHALLENGE, Track
+from cps_envs.core.training import NATIVE
 from cps_envs.core.types import FloatArray
 from cps_envs.core.untrained import choices_of
 from cps_envs.registration import find_problem
@@ -65,11 +66,14 @@ def freeze(track: Track, episodes: int, candidates: Sequence[str] = (), say: Sai
 def every_constant(track: Track) -> list[str]:
     """Policies of a role that never look, those of the adapter that learners play it through included.
 
-    A continuous action of an adapter sets the numbers of a controller, which looks: it is none of them.
+    A continuous action of an adapter sets the numbers of a controller, which looks: it is none of them. Nor is what an
+    adapter does that begins as a controller: there the role's first adapter stands for it.
     """
     problem = find_problem(track.problem)
     spec = problem.game(track.venue.config, 1).spec(track.role)
     adapter = problem.training[track.role].adapter
+    if adapter not in {NATIVE, *spec.adapters}:
+        adapter = next(iter(spec.adapters))
     choices = choices_of(spec.adapter(adapter).action_space)
     constants = declared(track.problem, track.role).constants
     own = constants_of(spec, adapter, MOST_CONSTANTS) if choices else []

@@ -19,7 +19,7 @@ from cps_envs import PROBLEMS
 from cps_envs.core.config import parameter_table
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
-from cps_envs.core.training import Training
+from cps_envs.core.training import NATIVE, Training
 from cps_envs.core.types import ROLES, Array, Role
 from tools.pages.diagram import LOOPS, diagram
 
@@ -145,7 +145,8 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     if role in problem.training:
         yield f"{_settings(training)}\n"
     shown: dict[str, str] = {}  # tables of observations, and the adapters below which they stand
-    for name in spec.adapters:
+    begins = () if training.adapter in (NATIVE, *spec.adapters) else (training.adapter,)  # as a controller plays
+    for name in (*spec.adapters, *begins):
         adapter = spec.adapter(name)
         first, last = adapter.agents[0], adapter.agents[-1]
         who = (

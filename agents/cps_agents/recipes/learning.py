@@ -45,38 +45,10 @@ def mixture(weights: Mapping[str, float]) -> str:
     return f"mixture?policies=[{names}]&weights=[{','.join(map(str, weights.values()))}]"
 
 
-# Attackers that a rogue defender meets in training, of differing kinds; others are left for judging.
-ROGUE_ATTACKERS = mixture(
-    {
-        "none": 1,
-        "square": 2,
-        "square?frequency_hz=0.05": 1,
-        "duty_square": 1,
-        "random": 1,
-        "strike": 1,
-        "switching": 1,
-        "contested?against=sliding": 3,
-        "contested?against=monitor": 3,
-        "contested?against=pd": 1,
-        "contested?against=disband_7": 1,
-        "contested?against=assigned?laws=f": 1,
-        "identify": 2,
-        "always?action=-1": 1,
-    }
-)
-
-# Defenders that a disbanding attacker meets in training. A jam before the first attack deceives those who need the
-# broadcast, one after it `string`, which also detects. `mpc` is left for judging.
-DISBANDING_DEFENDERS = (
-    *("string?detection_mps=0", "string", "string?form=local"),
-    *("heuristic", "cacc?told=broadcast", "feedback"),
-)
-
 # What a role needs beside the settings that every library is told, and how long it learns.
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     # Four or five decisions in an episode, and what is drawn in it decides the most.
     ("disbanding", "attacker"): {
-        "opponent": mixture(dict.fromkeys(DISBANDING_DEFENDERS, 1)),
         "copies": 4,
         "num_envs": 48,
         "batch_size": 128,
@@ -107,17 +79,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluations": 3,
         "evaluation_episodes": 192,
     },
-    ("rogue", "defender"): {  # begins as `guard`, and learns where vehicles near a suspect do better
-        "adapter": "guard",
-        "hold": 5,
-        "neutral_bonus": 3.0,
-        "opponent": ROGUE_ATTACKERS,
-        "discount": 0.98,
-        "learning_rate": 3e-3,
-        "final_learning_rate": 3e-4,
-        "evaluations": 4,
-        "evaluation_episodes": 512,
-    },
+    ("rogue", "defender"): {"evaluations": 4, "evaluation_episodes": 512},
     ("hvac", "attacker"): {  # opponents that are fooled by opposite signs teach less: the others are for judging
         "opponent": "largest",
         "evaluations": 2,
@@ -180,6 +142,7 @@ def learning_recipe(problem: Problem, role: Role, reference: str = "") -> Recipe
         "learning_rate": rate,
         "final_learning_rate": 0.1 * rate,
         "adapter": training.adapter,
+        "opponent": training.opponent,
         "hold": training.frame_skip,
         "recent_s": training.recent_s,
         "rough_s": training.rough_s,

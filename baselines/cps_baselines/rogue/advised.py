@@ -84,7 +84,8 @@ class Monitored(Vehicle):
         super().__init__(spec)
         if spec.config.defense_action != "either":
             raise ConfigurationError(
-                'the adapters "monitor" and "guard" need defense_action="either", as in preset learning'
+                'the adapters "monitor" and "guard" need defense_action="either", as in preset learning; '
+                'elsewhere take "vehicle"'
             )
         self._advisor, self._choices = self.advisor(), choices_of(spec.config)
         self.action_space, self.neutral_action = spaces.Discrete(1 + len(OPTIONS)), np.array(ADVICE)

@@ -86,9 +86,9 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self.problem, self.role = problem, role
         self.training = _settings(problem.training.get(role, Training()), locals())
         self.preset, self.overrides = preset, dict(overrides)
-        practised = self.training.practised if preset == "learning" else {}
+        practised, met = (self.training.practised, self.training.opponent) if preset == "learning" else ({}, "")
         self.config = problem.config(preset, {**practised, **overrides})
-        self.opponent = problem.opponents[preset][other(role)] if opponent is None else opponent
+        self.opponent = (met or problem.opponents[preset][other(role)]) if opponent is None else opponent
         self.episodes = check_count("num_envs", self.training.num_envs)
         self._match = problem.match(self.config, self.episodes, {other(role): self.opponent})
         self.game = self._match.game
@@ -305,7 +305,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
 def _settings(training: Training, given: dict[str, Any]) -> Training:
     """Training settings with what a caller has set otherwise."""
-    names = [field.name for field in fields(Training) if field.name in given]
+    names = [field.name for field in fields(Training) if field.name in given and field.name != "opponent"]
     changed = {name: given[name] for name in names if given[name] is not None}
     if "recent_s" in changed:
         changed["recent_s"] = tuple(changed["recent_s"])
