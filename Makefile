@@ -38,9 +38,10 @@ setup: $(ALL) ## install everything into the virtual environment and compile all
 benchmark: $(LIGHT) ## the main tables beside the paper's numbers, into results/; ARGS=--full for all (no torch)
 	$(BIN)/cps-envs reproduce benchmark --out results $(ARGS)
 
-test: $(ALL) ## run the tests
-	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute,"
-	@echo "and longer where kernels have to be compiled first. 'make setup' compiles them ahead."
+test: $(ALL) ## compile all kernels and run the tests
+	@echo "make test: compile what is not compiled yet, once for all processes; 'make setup' does it ahead."
+	$(BIN)/cps-envs warm
+	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute."
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
 
 test-quick: $(ALL) ## run what a change in core or in texts breaks first: a minute of one core

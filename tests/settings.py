@@ -103,7 +103,7 @@ LONG_CONTEST = {
 LONG_EASY = {"preset": "easy", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "disbanding": ProblemTests(
-        short={"duration_s": 6.0},
+        short={"duration_s": 4.0},
         variants={
             "attacker": [LONG_EASY, LONG_CONTEST],
             "defender": [

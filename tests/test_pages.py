@@ -25,12 +25,14 @@ ADDRESS = "https://github.com/cps-envs/cps-envs/blob/main/"
 RAW = "https://raw.githubusercontent.com/cps-envs/cps-envs/main/"
 SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
 PYTHON = list(dict.fromkeys(re.sub(r"  # .*", "", snippet) for snippet in SNIPPET.findall(FIRST)))
-GAMES = [
-    pytest.param(snippet, id=f"{page.parent.name}-{page.stem}-{place}")
+GAMES = {
+    name: {
+        f"{page.parent.name}/{page.name}, snippet {place}": snippet
+        for page in (DOCS / f"{name}.md", DOCS / "details" / f"{name}.md")
+        for place, snippet in enumerate(SNIPPET.findall(page.read_text(encoding="utf-8")))
+    }
     for name in PROBLEMS
-    for page in (DOCS / f"{name}.md", DOCS / "details" / f"{name}.md")
-    for place, snippet in enumerate(SNIPPET.findall(page.read_text(encoding="utf-8")))
-]
+}
 LINES = [
     line.removeprefix("$ ")
     for block in re.findall(r"```console\n(.*?)```", FIRST, re.DOTALL)
@@ -111,9 +113,12 @@ def test_python_snippets_run(
         run(tmp_path, change(snippet))
 
 
-@pytest.mark.parametrize("snippet", GAMES)
-def test_snippets_of_the_pages_of_a_game_run_without_a_warning(snippet: str, tmp_path: Path) -> None:
-    run(tmp_path, snippet, "-Werror")
+@pytest.mark.parametrize("game", GAMES)
+def test_snippets_of_the_pages_of_a_game_run_without_a_warning(game: str, tmp_path: Path) -> None:
+    code = [
+        f"exec(compile({code!r}, {name!r}, 'exec'), {{'__name__': '__main__'}})" for name, code in GAMES[game].items()
+    ]
+    run(tmp_path, "\n".join(code), "-Werror")
 
 
 @pytest.mark.usefixtures("change")
@@ -215,7 +220,7 @@ def parse(arguments: list[str], words: str) -> None:
 
 def test_there_is_something_of_each_kind() -> None:
     assert len(PYTHON) >= 2
-    assert len(GAMES) >= 2 * len(PROBLEMS)
+    assert sum(map(len, GAMES.values())) >= 2 * len(PROBLEMS)
     assert len(COMMANDS) >= 4
     assert len(NOTEBOOKS) >= 5
     assert sum(len(list(commands(page))) for page in PAGES) > 100

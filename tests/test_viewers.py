@@ -108,18 +108,19 @@ def test_missing_pygame_names_the_extra(pictured: Pictured, monkeypatch: pytest.
         pictured.viewer(pictured.config)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_no_display_is_opened(name: str) -> None:
+def test_no_display_is_opened() -> None:
+    games = [(env_id(name, "attacker"), PICTURED[name].options) for name in PROBLEMS]
     script = (
         "import os\n"
         "for name in ('SDL_VIDEODRIVER', 'DISPLAY', 'WAYLAND_DISPLAY'): os.environ.pop(name, None)\n"
         "before = dict(os.environ)\n"
         "import gymnasium, pygame\n"
-        f"env = gymnasium.make({env_id(name, 'attacker')!r}, render_mode='rgb_array', **{PICTURED[name].options!r})\n"
-        "env.reset(seed=0)\n"
-        f"assert env.render().shape == {SHAPE}\n"
-        "assert not pygame.display.get_init()\n"
-        "assert {name: os.environ.get(name) for name in before} == before\n"
+        f"for name, options in {games!r}:\n"
+        "    env = gymnasium.make(name, render_mode='rgb_array', **options)\n"
+        "    env.reset(seed=0)\n"
+        f"    assert env.render().shape == {SHAPE}\n"
+        "    assert not pygame.display.get_init(), name\n"
+        "    assert {name: os.environ.get(name) for name in before} == before, name\n"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from cps_paper import evidence
 from cps_paper.commands.chapters import COMMANDS
 from cps_paper.disbanding import cells
 from cps_paper.fdi import counts
@@ -25,6 +27,14 @@ from tests.agents import command_line
 
 TESTBED = ("testbed", "--quick", "--seeds", "2")
 MANY_JOBS = ("--jobs", "0"), "greater than or equal to 1"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def experiments_are_run_once() -> Iterator[None]:
+    """Several commands ask for the same ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(evidence, "_run", cache(evidence._run))
+        yield
 
 
 def invoke(chapter: str, *arguments: str) -> Any:

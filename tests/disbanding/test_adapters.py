@@ -44,12 +44,12 @@ def drive(adapter: Adapter, game: DisbandingGame, **players: Any) -> tuple[Float
 @pytest.fixture(scope="module")
 def plain() -> tuple[FloatArray, FloatArray, DisbandingGame, dict[type[Adapter], Observation]]:
     """Payoffs of the plain follower and of no defence, the game at the end, and what agents see."""
-    game = game_of(24)
+    game = game_of(12)
     rows: dict[type[Adapter], Observation] = {}
     for kind in (Follow, FollowRoad):
         paid, shown = drive(kind(game.spec("defender")), game, attacker=LEARNING_ATTACKERS)
         rows[kind] = np.concatenate(shown)
-    return paid, played()[0], game, rows
+    return paid, played(count=game.num_envs)[0], game, rows
 
 
 def test_the_plain_follower_is_far_better_than_nothing(plain: Any) -> None:

@@ -52,7 +52,7 @@ def test_only_the_preset_learning_has_the_new_rule() -> None:
     assert PAPER.full_correction_mps2 == 0
 
 
-def cost_of(deviation_mps2: float, full_correction_mps2: float, count: int = 24) -> float:
+def cost_of(deviation_mps2: float, full_correction_mps2: float, count: int = 12) -> float:
     """Points by which small corrections at random are worse than none."""
 
     def paid(defender: object) -> FloatArray:

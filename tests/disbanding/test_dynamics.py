@@ -152,19 +152,22 @@ def test_collisions_within_a_disbanded_platoon_do_not_count_as_intact() -> None:
     assert state.step[0] > 1
 
 
-@pytest.mark.parametrize(("tau_s", "expected"), [(0.1, 51.8), (0.3, 62.9), (0.5, 64.4)])
-def test_holding_the_speed_does_not_pay(tau_s: float, expected: float) -> None:
-    """Section 7.3: because (2.6) acts last, nobody drives through the stopped platoon unharmed."""
-    parameters = table_2_1(tau_s=tau_s)
+def test_holding_the_speed_does_not_pay() -> None:
+    """Section 7.3: because (2.6) acts last, nobody drives through the stopped platoon unharmed.
+
+    Five steps share a correction here, of which the expected numbers had one for each.
+    """
+    parameters = table_2_1(3, tau_s=[0.1, 0.3, 0.5])
     state = start(parameters, LEAD)
-    for _ in range(steps(parameters, 180.0)):
+    for _ in range(steps(parameters, 180.0) // 5):
         law = law_commands(state, parameters)
         wanted = np.clip(parameters["derivative_gain"][0] * (31.0 - state.speed), -5.0, 1.0)
-        run(state, parameters, 0.01, wanted - np.clip(law, -5.0, 1.0))
-    ours = metrics(state, parameters)
-    assert ours["velocity_error_intact"] > 50.0
-    assert ours["velocity_error_intact"] == pytest.approx(expected, abs=1.0)
-    assert ours["collided_intact"] == 90
+        run(state, parameters, 0.05, wanted - np.clip(law, -5.0, 1.0))
+    for b, expected in enumerate((51.8, 62.9, 64.4)):
+        ours = metrics(state, parameters, b)
+        assert ours["velocity_error_intact"] > 50.0
+        assert ours["velocity_error_intact"] == pytest.approx(expected, abs=1.0)
+        assert ours["collided_intact"] == 90
 
 
 def test_place_touches_the_given_environments_only_and_clears_them() -> None:

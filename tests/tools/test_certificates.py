@@ -38,7 +38,7 @@ def judge(program: Program) -> Callable[..., Any]:
 @given(
     st.lists(whole, min_size=3, max_size=3), st.lists(st.lists(whole, min_size=3, max_size=3), min_size=2, max_size=4)
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_small_programs_by_brute_force(cost: list[int], matrix: list[list[int]]) -> None:
     limits = 2.0 + np.arange(len(matrix))
     rows = Rows(sparse.csr_matrix(np.array(matrix, float)), -limits, limits, np.zeros((len(matrix), 2)))
