@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from cps_envs.core.kernels import records
 from cps_envs.core.types import ROLES, Array, Role
+from cps_envs.fdi.filtered import filtered_fields
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.observation import fill_masks
@@ -260,7 +261,10 @@ def test_drawn_tasks_are_observed_and_masked() -> None:
 
 def test_the_attacker_sees_true_errors_what_they_command_and_its_injection() -> None:
     """Where tasks are drawn an injection has an entry for each sensor, else for the attacked ones."""
-    for preset, overrides in (("defense", {}), ("clip", {"attacked": "x1,3+v4", "target": 3})):
+    for preset, overrides in (
+        ("defense", {"tasks": "xv4>4 v1>1 x2>2"}),
+        ("clip", {"attacked": "x1,3+v4", "target": 3}),
+    ):
         game, generator = started(seeds=range(12), preset=preset, **overrides), np.random.default_rng(1)
         for _ in range(4):
             go(game, generator.integers(-2, 3, len(game.neutral_action["attacker"])))
@@ -338,6 +342,7 @@ def test_observations_reach_as_far_as_what_they_show() -> None:
     counts = {"steps_left": 100, "wait": 100, "attacked": 1, "target": 1, "trust": 1}
     bounds = {field.name: (field.low, field.high) for field in duel.fields["attacker"] if field.name in counts}
     assert bounds == {name: (0, most) for name, most in counts.items()}
+    assert list(duel.fields["defender"]) == list(filtered_fields(duel.config))
 
 
 @given(st.lists(st.tuples(st.integers(1, 9), st.integers(-9, 9), st.integers(-9, 9)), min_size=1, max_size=5))
