@@ -265,7 +265,7 @@ def test_the_attacker_sees_true_errors_what_they_command_and_its_injection() -> 
         ("defense", {"tasks": "xv4>4 v1>1 x2>2"}),
         ("clip", {"attacked": "x1,3+v4", "target": 3}),
     ):
-        game, generator = started(seeds=range(12), preset=preset, **overrides), np.random.default_rng(1)
+        game, generator = started(seeds=range(12), preset=preset, **overrides), np.random.default_rng(2)
         for _ in range(4):
             go(game, generator.integers(-2, 3, len(game.neutral_action["attacker"])))
         state, c, model = game.state, game.config, game.config.model
@@ -283,7 +283,7 @@ def test_the_attacker_sees_true_errors_what_they_command_and_its_injection() -> 
         if drawn:
             expected["attacked"] = np.array([task.sensors.flags(4) for task in tasks])
             expected["target"] = np.eye(4)[[task.target - 1 for task in tasks]]
-        assert np.ptp(expected["injection"]) > 0.02
+        assert state.injection[:, 7].any()  # which others do not see
         assert {name for name, values in view.items() if values.size} == expected.keys()
         for name, values in expected.items():
             np.testing.assert_allclose(view[name], values, atol=1e-4, err_msg=name)

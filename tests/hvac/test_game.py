@@ -18,7 +18,7 @@ from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.hvac.attack import absolute_action, bias_action
 from cps_envs.hvac.config import PRESETS
 from cps_envs.hvac.game import HvacGame
-from cps_envs.hvac.observation import BY_CHOICE, observe_attacker, observe_defender
+from cps_envs.hvac.observation import BY_CHOICE, mark_better_half, observe_attacker, observe_defender
 from cps_envs.hvac.sensors import attack_order, sensor_sets
 from cps_envs.hvac.start import start
 from tests.hvac.games import QUIET, SHORT, go, play, seen, started
@@ -385,6 +385,14 @@ def test_the_attacker_sees_the_loop_as_it_is() -> None:
     assert game.fields["defender"].slices["estimate"].stop - game.fields["defender"].slices["estimate"].start == (
         4 * int(game.action_space["defender"].n)
     )
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=9))
+def test_of_equal_sets_the_earlier_ones_are_in_the_better_half(residuals: list[int]) -> None:
+    marks = np.zeros(len(residuals))
+    mark_better_half(np.array(residuals, np.float64), marks)
+    best = np.argsort(residuals, kind="stable")[: len(residuals) // 2]
+    assert set(np.flatnonzero(marks)) == set(best)
 
 
 def test_observations_reach_as_far_as_what_they_show() -> None:

@@ -110,6 +110,7 @@ STARTED_FDI = _of(
 )
 SEEN_HVAC = _of(
     "tests/hvac/test_game.py",
+    "of_equal_sets_the_earlier_ones_are_in_the_better_half",
     "observations_reach_as_far_as_what_they_show",
     "the_attacker_sees_the_loop_as_it_is",
     "defender_sees_what_moving_targets_need",
