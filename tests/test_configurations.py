@@ -32,7 +32,7 @@ NUMBERS = [  # and tuples of numbers
 RANGES = [(problem, field) for problem, field in NUMBERS if field.metadata["ranged"]]
 Field = dataclasses.Field[Any]
 QUICK = ("paper", "learning")
-PAIRS, SLOW_PAIRS, SLOW_STEPS = 20, 1000, 100
+PAIRS, STEPS, SLOW_PAIRS, SLOW_STEPS = 10, 6, 1000, 100
 
 QUICKER: Mapping[str, Any] = {"hvac": {"prediction_steps": 10}}  # its gains take a second at 80 steps
 
@@ -132,7 +132,7 @@ def cases() -> Iterator[object]:
 @pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")
 @pytest.mark.parametrize(("name", "preset"), list(cases()))
 def test_what_is_accepted_can_be_played(name: str, preset: str) -> None:
-    check_configurations(edged(name, preset), pairs=PAIRS)
+    check_configurations(edged(name, preset), pairs=PAIRS, steps=STEPS)
 
 
 @pytest.mark.slow

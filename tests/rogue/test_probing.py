@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -192,9 +193,12 @@ def test_a_tiny_search_writes_a_file_that_plays(monkeypatch: pytest.MonkeyPatch)
     from tools.rogue import probing as probing_search
     from tools.rogue.probing import ProbingSearch, search_answers
 
-    laws = probing_search.pool()[:2]
+    laws, answers = probing_search.pool()[:2], shipped_answers()
+    first = Answers(answers.against, *(values[:1] for values in answers[1:]))  # ratio
+    short = partial(replace, duration_s=LOOKS_S[-1] + 5.0)
     monkeypatch.setattr(probing_search, "pool", lambda: laws)
-
+    monkeypatch.setattr(probing_search, "shipped_answers", lambda: first)
+    monkeypatch.setattr(probing_search, "world_config", lambda *args, **refined: short(world_config(*args, **refined)))
     tiny = ProbingSearch(generations=1, population=4, starts=1, worlds=1, finalists=1, final_worlds=1)
     notes = []
     with Workers(1) as workers:
