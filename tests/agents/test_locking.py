@@ -188,7 +188,8 @@ def test_a_signal_while_a_kernel_is_compiled_ends_the_process_after_it(number: s
 
     def compile_and_wait() -> None:
         engine.finalize_object()
-        time.sleep(10)
+        for _ in range(500):  # one long sleep would not be interrupted by a signal that another thread raises
+            time.sleep(0.02)
 
     engine.set_object_cache(keep, lambda module: None)
     with pytest.raises(Ended) as ended, ending():
