@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
@@ -144,7 +144,7 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
             yield f"Then [the challenge](../challenge.md) ranks it: `cps-envs --trust score {name} sb3:model.zip`.\n"
     if role in problem.training:
         yield f"{_settings(training)}\n"
-    shown: dict[str, str] = {}  # tables of observations, and the adapters below which they stand
+    shown: dict[str, list[str]] = {}  # adapters, and the lines of the tables of what they see
     begins = () if training.adapter in (NATIVE, *spec.adapters) else (training.adapter,)  # as a controller plays
     for name in (*spec.adapters, *begins):
         adapter = spec.adapter(name)
@@ -156,9 +156,20 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
         )
         yield f"### Adapter `{name}`\n\n{inspect.getdoc(type(adapter)) or ''}\n"
         yield f"{who} in `{adapter.action_space}`. The neutral action is {_action(adapter.neutral_action)}.\n"
-        table = adapter.fields.table()
-        alike = shown.setdefault(table, name)
-        yield f"{table}\n" if alike == name else f"It sees the same as `{alike}`.\n"
+        table = adapter.fields.table().splitlines()
+        yield _seen(table, shown)
+        shown[name] = table
+
+
+def _seen(table: list[str], shown: Mapping[str, list[str]]) -> str:
+    """The table of what an adapter sees, without what an adapter before it sees, too."""
+    for name, before in shown.items():
+        if table == before:
+            return f"It sees the same as `{name}`.\n"
+        if table[: len(before)] == before:
+            more = "\n".join([*table[:2], *table[len(before) :]])
+            return f"It sees what `{name}` does, and\n\n{more}\n"
+    return "\n".join(table) + "\n"
 
 
 def _action(action: Array) -> str:

@@ -17,14 +17,14 @@ INTRODUCTION = f"""# Boards of {CHALLENGE}
 Each score is a policy's own number in a track of [the challenge](challenge.md): 0 is the best constant action, 100 the
 best answer to each opponent that was known at the freeze. More is better in every track. ± is half of a 95 % interval
 over episodes and training seeds. Entries share a rank where their difference, in pairs on the same episodes, may be
-chance. Told entries know more than their role observes, and have no rank. Click a heading to sort.
+chance. Told entries know more than their role observes, and have no rank.
 [Submit](submit.md) says how to add a row. `cps-envs score board` prints the same.
 
 *Best response* is what the attacker is paid where the strongest opponent that was found plays, with a 95 % interval
 over fresh episodes, and what found it: `known` are the computed and shipped policies, `search` tries the numbers of
 hand-made ones, `shared-ppo` is our own PPO (`cps-envs best-response --entry`). The less is better for the entry in a
-track of defenders, the more in one of attackers. Of a network, the training seed plays that validation chose. A
-stronger opponent may exist. Where nobody has looked stands -.
+track of defenders, the more in one of attackers. Below stands what the searches gained over the best known. Of a
+network, the training seed plays that validation chose. A stronger opponent may exist. Where nobody has looked stands -.
 """
 
 
@@ -46,9 +46,9 @@ def _facts(frozen: Frozen, rows: Sequence[BoardEntry]) -> str:
     unit = f" {problem.unit}" if problem.unit else ""
     spent = [row.score.cpu_s for row in rows if row.name == NETWORK]
     facts = [
-        f"{_short(frozen.zero_policy)} has score 0: it is paid {frozen.zero:.3g}{unit}.",
-        f"The best answers have score 100: they are paid {frozen.told:.3g}{unit}.",
-        f"Both are means over {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
+        f"{_short(frozen.zero_policy)} has score 0: {frozen.zero:.3g}{unit} for the attacker.",
+        f"The best answers have score 100: {frozen.told:.3g}{unit}.",
+        f"Both from {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
         *(f"The score of `{NETWORK}` took {each:.0f} CPU s." for each in spent),
         *filter(None, [agreement(rows)]),
         *(row.exploit.sentence(row.name, problem.unit) for row in rows if row.exploit),

@@ -84,8 +84,8 @@ class Agreement:
 
     def __str__(self) -> str:
         return (
-            f"Two halves of the episodes rank the {self.entries} entries above 0 alike: tau-b {self.by_rank:.2f}. "
-            f"Entries that a half cannot tell apart share a rank there; without shared ranks tau is {self.by_mean:.2f}."
+            f"Two halves of the episodes rank the {self.entries} entries above 0 alike: tau-b {self.by_rank:.2f}, or "
+            f"{self.by_mean:.2f} where none share a rank."
         )
 
 

@@ -151,9 +151,8 @@ class Monitored(Vehicle):
 class Guarded(Monitored):
     """Vehicles near a suspect do what `guard` says (0), or depart from it (1 to 5).
 
-    They brake more (1) or drive more (2), which is one of the five accelerations further than `guard` says, or than
-    none where that names a controller. They follow (3), slide (4), or drive home (5): to their places, or to the open
-    ones of `formation` where the suspect is in the way. Otherwise as `Monitored`.
+    They brake more (1) or drive more (2) by one of the five accelerations, follow (3), slide (4), or drive home (5): to
+    their places, or to the open ones of `formation` where the suspect is in the way.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
