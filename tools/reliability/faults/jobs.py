@@ -22,7 +22,7 @@ MODULES = (
 LEARNING = ("cps_agents.learning.shared", "cps_agents.learning.learner", "cps_agents.league.self_play")
 SHORT = "--set duration_s=4"
 TINY = (
-    f"{SHORT} --jobs 1 --resume --knob num_envs=4 --knob steps_per_update=32 --knob batch_size=64 "
+    "--jobs 1 --resume --knob num_envs=4 --knob steps_per_update=32 --knob batch_size=64 "
     "--knob epochs=1 --knob evaluations=2 --knob evaluation_episodes=2"
 )
 
@@ -45,12 +45,13 @@ JOBS = (
     ),
     Job(
         "benchmark",
-        "benchmark rogue --quick --table paper-1 --attacker square --defender pd --defender sliding --jobs 1",
+        "reproduce benchmark rogue --quick --table paper-1 --attacker square --defender pd --defender sliding --jobs 1",
     ),
-    Job("train", f"train rogue-attack --seeds 1 --steps 512 {TINY}", learns=True),
+    Job("train", f"train rogue-attack --seeds 1 --steps 512 {SHORT} {TINY}", learns=True),
     Job(
         "self-play",
-        f"self-play rogue --iterations 1 --attacker square --defender pd --steps 256 --episodes 2 {TINY}",
+        "self-play rogue --iterations 1 --attacker square --defender pd --steps 256 --episodes 2 "
+        f"--set duration_s=20 {TINY}",  # in less time nobody is suspected, and a defender has nothing to learn
         learns=True,
     ),
     Job("report", f"report rogue --attacker square --defender pd --episodes 2 --jobs 1 {SHORT}"),
