@@ -366,7 +366,7 @@ def test_halves_of_the_episodes_agree_about_what_is_surely_different(folder: Pat
     alike = board.agreement(rows)
     assert alike == board.Agreement(3, 1.0, pytest.approx(2 / 3))  # of three pairs one is no order
     assert "tau-b 1.00" in str(alike)
-    assert str(alike).endswith("without shared ranks tau is 0.67.")
+    assert str(alike).endswith("or 0.67 where none share a rank.")
     assert board.agreement(rows[1:]) is None
     assert board.agreement(rows[:1]) is None
 
