@@ -8,9 +8,9 @@ from cps_envs.disbanding.config import PRESETS, DisbandingConfig
 
 LEARNING_ATTACKERS = 'mixture?policies=["none","spread","random","timed?jam=1","timed?jam=2","timed?jam=3"]'
 
-# Defenders of differing kinds. A jam before the first attack deceives those who need the broadcast, one after it
-# `string`, which also detects. `mpc` is left for judging.
-LEARNING_DEFENDERS = (
+# Defenders of differing kinds, which a learning attacker meets. A jam before the first attack deceives those who need
+# the broadcast, one after it `string`, which also detects. `mpc` is left for judging.
+TRAINING_DEFENDERS = (
     'mixture?policies=["string?detection_mps=0","string","string?form=local","heuristic","cacc?told=broadcast","feedback"]'
     "&weights=[1,1,1,1,1,1]"
 )
@@ -44,7 +44,7 @@ DISBANDING = Problem(
     training={
         "attacker": Training(
             adapter="timed",
-            opponent=LEARNING_DEFENDERS,
+            opponent=TRAINING_DEFENDERS,
             total_timesteps=500_000,
             ppo={
                 "n_steps": 180,

@@ -16,7 +16,7 @@ ATTACKERS = (
     '"contested?against=sliding","contested?against=monitor","identify","always?action=-1"]'
 )
 # Attackers of differing kinds, which a learning defender meets; others are left for judging.
-LEARNING_ATTACKERS = (
+TRAINING_ATTACKERS = (
     'mixture?policies=["none","square","square?frequency_hz=0.05","duty_square","random","strike","switching",'
     '"contested?against=sliding","contested?against=monitor","contested?against=pd","contested?against=disband_7",'
     '"contested?against=assigned?laws=f","identify","always?action=-1"]&weights=[1,2,1,1,1,1,1,3,3,1,1,1,2,1]'
@@ -61,7 +61,7 @@ ROGUE = Problem(
         ),
         "defender": Training(  # begins as `guard`, and learns where vehicles near a suspect do better
             adapter="guard",
-            opponent=LEARNING_ATTACKERS,
+            opponent=TRAINING_ATTACKERS,
             frame_skip=5,
             recent_s=(3.0, 20.0),
             rough_s=1.0,

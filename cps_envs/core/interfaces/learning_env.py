@@ -299,7 +299,10 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         met = [rows[active] for rows, active in self._stagger()]
         columns = np.concatenate(met)[:, : self.wired.columns.scaled]
         if len(columns) == 0:
-            raise ConfigurationError("no agent was active in a first pass: nothing can be learned here")
+            raise ConfigurationError(
+                "no agent was active in a first pass, so there is nothing to learn: name another opponent or adapter, "
+                "or make episodes longer"
+            )
         return scaling_of(columns[:: len(columns) // MOST_SAMPLES + 1])
 
 
