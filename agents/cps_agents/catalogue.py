@@ -9,8 +9,6 @@ from typing import Any, get_type_hints
 
 import gymnasium
 
-from cps_agents.declarations import UnreadableError, declaration, missing_package
-from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry, policy_names
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
@@ -23,7 +21,7 @@ class PolicyEntry:
     name: str
     summary: str  # first line of its docstring, or of its module's
     privileged: tuple[str, ...]  # what it needs to know beyond its observations; an oracle if not empty
-    missing: str = ""  # the package without which it cannot be loaded
+    missing: str = ""  # the package without which it cannot be imported
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
@@ -39,11 +37,6 @@ def describe_problem(problem: Problem) -> dict[str, Any]:
     }
 
 
-def describe_everything() -> list[dict[str, Any]]:
-    """Every registered problem."""
-    return [describe_problem(problem) for problem in PROBLEMS.values()]
-
-
 def pettingzoo_ids(problem: Problem) -> dict[str, str]:
     """PettingZoo's id of a problem, and the functions of its module: parallel, turn-based, decentralised."""
     module = str(gymnasium.spec(problem.env_id("attacker")).entry_point).partition(":")[0]
@@ -53,27 +46,19 @@ def pettingzoo_ids(problem: Problem) -> dict[str, str]:
 
 
 def policies(problem: Problem, role: Role) -> list[PolicyEntry]:
-    """The policies of a role that have names."""
+    """The policies of a role that have names; they are imported."""
     entries = {name: policy_entry(problem.name, role, name) for name in policy_names(problem.name, role)}
     return [_describe(name, entry) for name, entry in entries.items() if entry is not None]
 
 
 def _describe(name: str, entry: EntryPoint) -> PolicyEntry:
-    """A policy as its source declares it, or as it is once imported where the source does not show it."""
-    try:
-        declared = declaration(entry.module, entry.attr)
-        missing = missing_package(entry.module)
-    except UnreadableError:
-        return imported_entry(name, entry)
-    return PolicyEntry(name, "", (), missing) if missing else PolicyEntry(name, declared.summary, declared.privileged)
-
-
-def imported_entry(name: str, entry: EntryPoint) -> PolicyEntry:
-    """A policy as it is once imported."""
+    """A policy as its docstring describes it; of one that cannot be imported, why."""
     try:
         target = entry.load()
     except ModuleNotFoundError as error:
         return PolicyEntry(name, "", (), missing=error.name or str(error))
+    except Exception as error:  # whatever a package of somebody else does
+        return PolicyEntry(name, f"cannot be imported: {error}", ())
     return PolicyEntry(name, summary_of(target), tuple(sorted(_privileges(target))))
 
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
+from cps_agents import catalogue
 from cps_agents.arena.table import Table
-from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
-from cps_agents.declarations import UnreadableError, declaration, missing_package
+from cps_agents.catalogue import PolicyEntry, describe_problem, pettingzoo_ids, policies
 from cps_baselines.searches import searches_of
 from cps_envs import PROBLEMS
-from cps_envs.core.lookup import policy_entry, resolve_policy
+from cps_envs.core.lookup import GROUP, resolve_policy
 from cps_envs.core.problem import Later, Problem
 from cps_envs.core.types import ROLES, Role
 from cps_paper.benchmark.suite import find_benchmark
@@ -23,14 +24,6 @@ from tests.episodes import spec_of
 from tools.rivals import declared
 
 TABLES = [(name, table) for name in PROBLEMS for table in find_benchmark(name).tables]
-
-
-@pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
-def test_sources_say_what_importing_says(problem: Problem) -> None:
-    pytest.importorskip("scipy")
-    for role in ROLES:
-        for entry in policies(problem, role):
-            assert entry == imported_entry(entry.name, policy_entry(problem.name, role, entry.name))
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
@@ -52,7 +45,7 @@ def test_what_a_problem_imports_later_is_there(problem: Problem) -> None:
     "code",
     [
         "import cps_envs",
-        "from cps_agents.catalogue import describe_everything; describe_everything()",
+        "from typer.testing import CliRunner; from cps_agents.cli import app; CliRunner().invoke(app, ['list'])",
         "from cps_agents.commands.train import _list; from cps_agents.recipes.finding import RECIPES; "
         "_list(list(RECIPES.values()), False)",
     ],
@@ -71,50 +64,53 @@ def test_later_is_a_value_and_names_its_function() -> None:
 
 STRANGE = """
     '''What the module says.'''
-    import nowhere_to_be_found
-    from {package}.bases import Base
+    from cps_envs.core.policy import Idle
 
-    class Mine(Base):
-        pass
+    class Mine(Idle):
+        privileged = frozenset({"opponent", "model"})
 
     def make(spec) -> Mine:
         '''Make one.
 
         More.
         '''
-
-    table = 3
-    """
-BASES = """
-    class Base:
-        privileged: frozenset[str] = frozenset({"opponent", "model"})
     """
 
 
 @pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    folder = tmp_path / "strange_policies"
-    folder.mkdir()
-    (folder / "__init__.py").touch()
-    (folder / "mine.py").write_text(textwrap.dedent(STRANGE.format(package=folder.name)))
-    (folder / "bases.py").write_text(textwrap.dedent(BASES))
+def listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str], PolicyEntry]:
+    """Writes a module and lists a policy of it."""
+
+    def of(source: str, attribute: str) -> PolicyEntry:
+        (tmp_path / "strange.py").write_text(textwrap.dedent(source))
+        monkeypatch.delitem(sys.modules, "strange", raising=False)
+        entry = EntryPoint("hvac.attacker.mine", f"strange:{attribute}", GROUP)
+        monkeypatch.setattr(catalogue, "policy_names", lambda problem, role: ["mine"])
+        monkeypatch.setattr(catalogue, "policy_entry", lambda problem, role, name: entry)
+        return policies(PROBLEMS["hvac"], "attacker")[0]
+
     monkeypatch.syspath_prepend(str(tmp_path))
-    return folder.name
+    return of
 
 
-def test_a_source_shows_summary_privileges_and_what_is_missing(package: str) -> None:
-    made, own = declaration(f"{package}.mine", "make"), declaration(f"{package}.mine", "Mine")
-    assert (made.summary, own.summary) == ("Make one.", "What the module says.")
-    assert made.privileged == own.privileged == ("model", "opponent")
-    assert missing_package(f"{package}.mine") == "nowhere_to_be_found"
-    assert missing_package(f"{package}.bases") == ""
-    with pytest.raises(UnreadableError):
-        declaration(f"{package}.mine", "table")
+@pytest.mark.parametrize(("attribute", "summary"), [("make", "Make one."), ("Mine", "What the module says.")])
+def test_a_policy_is_listed_with_its_first_sentence_and_what_it_is_told(
+    listed: Callable[[str, str], PolicyEntry], attribute: str, summary: str
+) -> None:
+    assert listed(STRANGE, attribute) == PolicyEntry("mine", summary, ("model", "opponent"))
 
 
-def test_a_policy_that_cannot_be_loaded_says_what_it_lacks(package: str) -> None:
-    entry = imported_entry("mine", EntryPoint("disbanding.attacker.mine", f"{package}.mine:make", "cps_envs.policies"))
-    assert (entry.summary, entry.missing) == ("", "nowhere_to_be_found")
+@pytest.mark.parametrize(
+    ("source", "summary", "missing"),
+    [
+        ("import nowhere_to_be_found", "", "nowhere_to_be_found"),
+        ("table = 1 / 0", "cannot be imported: division by zero", ""),
+    ],
+)
+def test_a_policy_that_cannot_be_imported_says_why(
+    listed: Callable[[str, str], PolicyEntry], source: str, summary: str, missing: str
+) -> None:
+    assert listed(source, "make") == PolicyEntry("mine", summary, (), missing)
 
 
 def test_presets_and_roles_are_listed() -> None:

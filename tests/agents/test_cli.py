@@ -15,6 +15,7 @@ import typer
 from typer.testing import CliRunner
 
 from cps_agents.console import assignments
+from cps_envs.core.problem import Problem
 from cps_paper.commands.string_stability import string_stability
 from tests.agents.command_line import invoke
 
@@ -88,19 +89,19 @@ def test_debug_shows_where_an_error_comes_from() -> None:
 
 
 def test_faults_of_the_program_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken() -> None:
+    def broken(problem: Problem) -> None:
         raise KeyError("a fault")
 
-    monkeypatch.setattr("cps_agents.commands.list.describe_everything", broken)
-    assert isinstance(invoke("list").exception, KeyError)
+    monkeypatch.setattr("cps_agents.commands.list.describe_problem", broken)
+    assert isinstance(invoke("list", "hvac").exception, KeyError)
 
 
 def test_an_interrupt_gives_130(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted() -> None:
+    def interrupted(problem: Problem) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cps_agents.commands.list.describe_everything", interrupted)
-    result = invoke("list")
+    monkeypatch.setattr("cps_agents.commands.list.describe_problem", interrupted)
+    result = invoke("list", "hvac")
     assert (result.exit_code, result.stdout) == (130, "")
     assert "Interrupted" in result.stderr
 

@@ -145,11 +145,11 @@ def test_every_command_tells_how_to_go_on(
     others = {
         "train": (*TRAIN, "--seeds", "1"),
         "certify": ("certify", "--preset", "paper", "--task", "x4>4"),
-        "list": ("list",),
+        "list": ("list", "hvac"),
     }
     commands: dict[str, tuple[str, ...]] = {**COMMANDS, **others}
     monkeypatch.setattr("filelock.FileLock.acquire", interrupted)
-    monkeypatch.setattr("cps_agents.commands.list.describe_everything", interrupted)
+    monkeypatch.setattr("cps_agents.commands.list.describe_problem", interrupted)
     out = () if name == "list" else ("--out", str(tmp_path / "out.json"))
     result = invoke(*commands[name], *out)
     assert result.exit_code == 128 + number, result.output

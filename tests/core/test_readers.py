@@ -13,7 +13,6 @@ OWN = re.compile(r"files\(|to_json\(|json\.dumps\(|rows\.append")  # data of the
 SHIPPED = ("cps_envs", "baselines/cps_baselines", "agents/cps_agents", "paper/cps_paper")
 ELSEWHERE = {
     "agents/cps_agents/arena/sources.py": "hashes of the package's own sources",
-    "agents/cps_agents/declarations.py": "the repository's own pages",
     "agents/cps_agents/machine.py": "/proc/cpuinfo",
     "agents/cps_agents/commands/certify.py": "text that the program made",
     "agents/cps_agents/report/sources.py": "lines of text that documents.py has read",

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_agents.catalogue import policies
 from cps_agents.errors import CommandError, explain
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
@@ -16,7 +15,7 @@ from cps_agents.zoo.references import PREFIX, form_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.lookup import NEED_OPTIONS
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import Role
 
 ALL = "all"  # stands for the usual policies of a role
@@ -52,7 +51,7 @@ def usual(venue: Venue, role: Role) -> list[str]:
     """
     problem = find_problem(venue.problem)
     problem.config(venue.preset, venue.overrides)  # which refuses unknown ones
-    registered = [entry.name for entry in policies(problem, role) if entry.name not in NEED_OPTIONS]
+    registered = [name for name in policy_names(problem.name, role) if name not in NEED_OPTIONS]
     own = [name for name in [problem.opponents[venue.preset][role]] if ":" in name and "?" not in name]
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
     return [

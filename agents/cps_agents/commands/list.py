@@ -7,12 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.catalogue import describe_everything, describe_problem
+from cps_agents.catalogue import describe_problem
 from cps_agents.commands.options import AsJson
 from cps_agents.console import out, print_json
 from cps_agents.sheet import Cell, Sheet, styled
-from cps_envs import find_problem
+from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import extra_of
+from cps_envs.core.lookup import policy_names
+from cps_envs.core.types import ROLES
 
 
 def show(
@@ -25,17 +27,16 @@ def show(
 
     Without a name: the problems, on one screen. With a problem's name: its environments, presets and policies.
     """
-    problems = [describe_problem(find_problem(name)) for name in names] if names else describe_everything()
     if as_json:
-        print_json(problems)
+        print_json([describe_problem(each) for each in (map(find_problem, names) if names else PROBLEMS.values())])
     elif names:
-        for problem in problems:
-            _show_problem(problem)
+        for name in names:
+            _show_problem(describe_problem(find_problem(name)))
         out().print("Told: knows more than it observes. With --trust a policy can also be named as module:attribute.")
     else:
         rows = [
-            (problem["name"], problem["summary"], *map(str, map(len, problem["policies"].values())))
-            for problem in problems
+            (each.name, each.summary, *(str(len(policy_names(each.name, role))) for role in ROLES))
+            for each in PROBLEMS.values()
         ]
         out().print(Sheet("Problems", ("Name", "What happens", "Attackers", "Defenders"), rows, left=2))
         out().print("`cps-envs list hvac` shows a problem's environments, presets and policies.")
