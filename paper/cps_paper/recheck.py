@@ -12,6 +12,19 @@ from cps_paper.evidence import Evidence, Experiment, Vary
 from cps_paper.verdicts import UNKNOWN, VERDICTS
 
 E = TypeVar("E", bound=Evidence)
+V = TypeVar("V")
+
+
+def varying(kind: type[V], vary: Callable[[V], Any]) -> Vary:
+    """Only experiments of this kind can stand behind a claim; another one is a TypeError."""
+
+    def other(experiment: Experiment[Any]) -> Experiment[Any]:
+        if not isinstance(experiment, kind):
+            raise TypeError(f"no claim needs {experiment.label}")
+        found: Experiment[Any] = vary(experiment)
+        return found
+
+    return other
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from cps_paper.hvac.chapter import CHAPTER as CHAPTER_4
 from cps_paper.hvac.chapter import CONDITIONS as OTHER_DAYS
 from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import noise_free, undefended
-from cps_paper.hvac.scenario import DayScenario, RecordedDay
+from cps_paper.hvac.scenario import DayScenario
 from cps_paper.recheck import (
     Again,
     Condition,
@@ -115,9 +115,9 @@ def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() ->
     assert len(set(errors.values())) == 4
     assert errors["half"] == pytest.approx(errors["usual"], abs=0.5)
     assert not standing.experiments([usual])[0].run().crash
-    (course,) = half.experiments([Recorded(usual, 1.0)])
-    assert course == Recorded(replace(usual, overrides=(("dt_s", 0.005),)), 1.0)
-    assert course.run().outcome.velocity_error_intact == errors["half"]
+    (course,) = half.experiments([Recorded(**vars(usual), sample_s=1.0)])
+    assert course == Recorded(**vars(replace(usual, overrides=(("dt_s", 0.005),))), sample_s=1.0)
+    assert course.run().velocity_error_intact == errors["half"]
     every = CHAPTER_2.needed(("claims",), DisbandingEvidence())
     for condition in OTHER_RULES:
         assert not set(condition.experiments(every)) & set(every)
@@ -145,8 +145,7 @@ def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:
     others = condition.experiments(every)
     assert len(others) == len(every)
     assert not set(others) & set(every)
-    for usual, other in zip(every, others, strict=True):
-        mine, theirs = (each.scenario if isinstance(each, RecordedDay) else each for each in (usual, other))
+    for mine, theirs in zip(every, others, strict=True):
         assert isinstance(theirs, DayScenario)
         assert replace(theirs, first_seed=0, days=mine.days) == mine
         assert theirs.days == max(mine.days, 20) or (mine.days == theirs.days == 1 and not mine.config.noise_std_c)
@@ -159,12 +158,12 @@ def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:
     np.testing.assert_array_equal(moved.run().squared_error[:, :1], alone.squared_error)
     assert (short.run().squared_error[:, :1] != alone.squared_error).any()
     quiet = noise_free(1000.0)
-    assert condition.variants[0](quiet) == replace(quiet, scenario=replace(quiet.scenario, first_seed=1000))
+    assert condition.variants[0](quiet) == replace(quiet, first_seed=1000)
 
 
 def test_chapter_5_is_judged_again_at_half_the_step_and_in_other_worlds() -> None:
     half, worlds = CONDITIONS
-    usual = Waves("pd", 1.2, square_waves((0.1,)), duration_s=20.0)
+    usual = Waves("pd", 1.2, duration_s=20.0, waves=square_waves((0.1,)))
     (fine,) = half.experiments([usual])
     assert dict(fine.overrides)["dt_s"] == 0.0005
     assert fine.cost == 2.0 * usual.cost
@@ -173,7 +172,7 @@ def test_chapter_5_is_judged_again_at_half_the_step_and_in_other_worlds() -> Non
     damages = [float(each.run()[0]) for each in (usual, fine, *other[:2])]
     assert len(set(damages)) == 4
     assert damages == pytest.approx([damages[0]] * 4, rel=0.2)
-    ride = Ride("square?frequency_hz=0.1", "pd", 1.2, duration_s=20.0)
+    ride = Ride("pd", 1.2, duration_s=20.0, attacker="square?frequency_hz=0.1")
     for condition, expected in ((half, damages[1]), (worlds, damages[2])):
         assert condition.variants[0](ride).run().final_damage == expected
     assert len(half.experiments(behind_claims())) == len(behind_claims())

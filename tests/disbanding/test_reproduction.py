@@ -239,14 +239,14 @@ def test_rule_of_points(ours: float, verdict: str) -> None:
 
 
 def test_recording_does_not_change_the_outcome() -> None:
-    plain, recorded = SHORT.run(), Recorded(SHORT, 0.2).run()
-    assert recorded.outcome.velocity_error_all == plain.velocity_error_all
+    plain, recorded = SHORT.run(), Recorded(**vars(SHORT)).run()
+    assert recorded.velocity_error_all == plain.velocity_error_all
     assert recorded.position_m.shape == (101, 30)
     assert recorded.time_s[-1] == pytest.approx(SHORT.duration_s)
 
 
 def test_without_an_attack_everything_keeps_what_it_begins_with() -> None:
-    record = Recorded(replace(SHORT, attack=()), 1.0).run()
+    record = Recorded(**vars(replace(SHORT, attack=())), sample_s=1.0).run()
     assert np.abs(record.speed_mps - record.speed_mps[0]).max() < 1e-9
     assert np.abs(np.diff(record.position_m, axis=1) - np.diff(record.position_m[0])).max() < 1e-9
     assert record.recovered_s() == record.settled_s(1) == 0.0
@@ -281,7 +281,7 @@ def test_search_evaluates_plans_like_scenarios() -> None:
 
 
 def test_processes_give_the_same_results() -> None:
-    experiments: list[Any] = [SHORT, replace(SHORT, tau_s=0.3), Recorded(SHORT, 1.0)]
+    experiments: list[Any] = [SHORT, replace(SHORT, tau_s=0.3), Recorded(**vars(SHORT), sample_s=1.0)]
     spawned = compute(experiments, 2)
     here = compute(experiments)
     for experiment in experiments[:2]:

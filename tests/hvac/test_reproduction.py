@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -95,7 +96,7 @@ def test_a_day_is_that_of_the_environment_with_the_same_seed() -> None:
 
 
 def test_impact_is_the_mean_over_the_states_since_a_step() -> None:
-    course = RecordedDay(DayScenario("constant", "none", 2, SHORT)).run()
+    course = RecordedDay("constant", "none", 2, SHORT).run()
     outcome = DayScenario("constant", "none", 2, SHORT).run()
     square = ((course.temperature_c - 25.0) ** 2).sum(axis=2)
     np.testing.assert_allclose(outcome.squared_error, square, rtol=1e-13)
@@ -105,19 +106,18 @@ def test_impact_is_the_mean_over_the_states_since_a_step() -> None:
 
 
 def test_intact_sets_are_those_without_an_attacked_sensor() -> None:
-    attacked = RecordedDay(DayScenario("constant", "mtd1", 2, (*SHORT, ("num_compromised", 1))))
-    outcome, course = attacked.scenario.run(), attacked.run()
+    course = RecordedDay("constant", "mtd1", 2, (*SHORT, ("num_compromised", 1))).run()
     sets = sensor_sets(course.config)
     for day in range(2):
         used = {int(choice) for choice in course.choice[100:, day]}
-        assert outcome.distinct_sets[day] == len(used)
-        assert outcome.intact_sets[day] == sum(2 not in sets[choice - 1] for choice in used)
+        assert course.distinct_sets[day] == len(used)
+        assert course.intact_sets[day] == sum(2 not in sets[choice - 1] for choice in used)
     free = DayScenario("none", "mtd1", 2, SHORT).run()
     np.testing.assert_array_equal(free.intact_sets, free.distinct_sets)
 
 
 def test_a_course_obeys_the_building_and_the_controller_gets_the_readings() -> None:
-    course = RecordedDay(DayScenario("none", "none", 2, SHORT)).run()
+    course = RecordedDay("none", "none", 2, SHORT).run()
     A, B, G = discretise(course.config)
     x, u = course.temperature_c, course.heating_w
     w = weather(course.config, len(x))[:-1, np.newaxis]
@@ -141,17 +141,12 @@ def test_parts_are_chosen_in_their_order() -> None:
 
 
 def test_quick_claims_need_neither_eight_sensors_nor_table_4_2() -> None:
-    quick = {scenario_of(each) for each in CHAPTER.needed(("claims",), HvacEvidence(quick=True))}
-    full = {scenario_of(each) for each in CHAPTER.needed(CHAPTER.chosen(), HvacEvidence())}
+    quick: set[Any] = set(CHAPTER.needed(("claims",), HvacEvidence(quick=True)))
+    full = set(CHAPTER.needed(CHAPTER.chosen(), HvacEvidence()))
     assert quick < full
     assert not any(("num_sensors", 8) in each.settings for each in quick)
     assert not any("model_error" in dict(each.settings) for each in quick)
     assert len(full) > 150
-
-
-def scenario_of(experiment: Any) -> DayScenario:
-    scenario: DayScenario = getattr(experiment, "scenario", experiment)
-    return scenario
 
 
 def test_table_rows_use_the_sensors_that_they_name() -> None:
@@ -224,7 +219,7 @@ def test_up_to_where_an_impact_equals_the_attack_free_one() -> None:
 
 def made(impact: float, sets: int = 3) -> DayOutcome:
     numbers = np.full(2, sets)
-    return DayOutcome(np.full((720, 2), impact), np.zeros((2, 4)), 200, numbers, numbers, 0 * numbers, 0 * numbers, 519)
+    return DayOutcome(np.full((720, 2), impact), np.zeros((2, 4)), 200, numbers, numbers, 0 * numbers, 519)
 
 
 def bars(num_sensors: int, mtd1: dict[str, int], mtd2: int | None) -> dict[Any, DayOutcome]:
@@ -306,7 +301,7 @@ def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction
     assert found.passed
     energy_w = experiments.ENERGIES_W[0]
     course = found.evidence[experiments.noise_free(energy_w)]
-    warmer = course._replace(temperature_c=course.temperature_c + 0.1)
+    warmer = replace(course, temperature_c=course.temperature_c + 0.1)
     changed = Reproduction(CHAPTER, ("4.2fig",), HvacEvidence({experiments.noise_free(energy_w): warmer}))
     assert not changed.passed
     assert any("FAILED: clear day: zone 1 before noon 0.95" in paragraph for paragraph in changed.closing())
@@ -422,10 +417,10 @@ def test_whole_output(whole: Reproduction[HvacEvidence]) -> None:
 
 def test_a_controller_stands_in_for_the_other_in_every_experiment() -> None:
     qp = controller_named("qp")
-    for experiment in CHAPTER.needed(CHAPTER.chosen(), HvacEvidence()):
-        assert CLIP.under(experiment) == experiment
-        other = qp.under(experiment)
-        one, two = (getattr(each, "scenario", each) for each in (experiment, other))
+    for one in CHAPTER.needed(CHAPTER.chosen(), HvacEvidence()):
+        assert CLIP.under(one) == one
+        two: Any = qp.under(one)
+        assert isinstance(one, DayScenario)
         assert dict(two.settings) == {**dict(qp.settings), **dict(one.settings)}
         assert two.config.controller == "qp"
         assert (two.attacker, two.defender, two.days) == (one.attacker, one.defender, one.days)

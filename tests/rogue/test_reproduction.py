@@ -177,8 +177,8 @@ def test_a_course_knows_growth_disbanding_and_distance_to_the_reference() -> Non
 
 
 def test_a_ride_is_the_same_episode_as_a_wave() -> None:
-    ride = Ride("square?frequency_hz=0.1", "sliding", 1.3, duration_s=20.0).run()
-    together = Waves("sliding", 1.3, (*square_waves((0.05, 0.1)), FULL_THROTTLE), duration_s=20.0).run()
+    ride = Ride("sliding", 1.3, duration_s=20.0, attacker="square?frequency_hz=0.1").run()
+    together = Waves("sliding", 1.3, duration_s=20.0, waves=(*square_waves((0.05, 0.1)), FULL_THROTTLE)).run()
     assert ride.final_damage == together[1] > 0
     assert ride.time_s[-1] == pytest.approx(20.0)
     assert together[2] > together[1]

@@ -38,7 +38,7 @@ def _at(record: ScenarioCourse, time_s: float) -> int:
 @CLAIMS.judges("P01")
 def disbanded_share(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Vehicles of the disbanded platoon among all."""
-    share = 100.0 * float(np.mean(~_twenty(evidence).outcome.intact))
+    share = 100.0 * float(np.mean(~_twenty(evidence).intact))
     return Finding(share, f"{share:g} %, an input", by_construction(of_number(share, claim.number)))
 
 
@@ -56,7 +56,7 @@ def gap_left(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 def no_accident(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """No collision within the disbanded platoon."""
     record = _twenty(evidence)
-    collided = int(record.outcome.collided[record.vehicles(LEAD)].sum())
+    collided = int(record.collided[record.vehicles(LEAD)].sum())
     smallest = float(record.inner_gaps(LEAD).min())
     return Finding(collided == 0, f"{collided} collided, smallest gap {smallest:.2f} m", of_cases([collided == 0]))
 
@@ -184,7 +184,7 @@ def longer_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 def stop_and_go(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at least once, twice, three times; the verdict is that at tau 0.1 s."""
     times = ("P17", "P18", "P19").index(claim.id) + 1
-    shares = [evidence[evidence.experiments.every_other(tau_s)].outcome.stopped_share(times) for tau_s in TAUS_S[:2]]
+    shares = [evidence[evidence.experiments.every_other(tau_s)].stopped_share(times) for tau_s in TAUS_S[:2]]
     return Finding(
         shares[0],
         f"{shares[0]:.0f} % of the vehicles (tau 0.3 s: {shares[1]:.0f} %)",
@@ -195,7 +195,7 @@ def stop_and_go(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 @CLAIMS.judges("P20")
 def collisions_everywhere(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles involved in collisions."""
-    outcomes = [evidence[evidence.experiments.every_other(tau_s)].outcome for tau_s in TAUS_S[:2]]
+    outcomes = [evidence[evidence.experiments.every_other(tau_s)] for tau_s in TAUS_S[:2]]
     shares = [outcome.collided_share() for outcome in outcomes]
     rear = 100.0 * float(outcomes[1].rear_collided[outcomes[1].intact].mean())
     shown = f"{shares[0]:.0f} % (tau 0.3 s: {shares[1]:.0f} %, as rear vehicles {rear:.0f} %)"

@@ -28,7 +28,7 @@ from cps_paper.verdicts import above, grows_throughout, of_cases, of_number
 def mean_error(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """E_v of Figs. 2.3a and b, averaged over the intact vehicles."""
     attack = ((10, ATTACK_S),) if claim.id == "P21" else ATTACKS["2.3"]
-    outcome = evidence[evidence.experiments.rear_speeds(attack)].outcome
+    outcome = evidence[evidence.experiments.rear_speeds(attack)]
     value = outcome.velocity_error_intact
     shown = f"{value:.2f} % over intact vehicles ({outcome.velocity_error_all:.2f} % over all)"
     return Finding(value, shown, of_number(value, claim.number, POINTS))
@@ -100,7 +100,7 @@ def rear_vehicles_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     size = record.config.vehicles_per_platoon
     rear = slice(2 * size - 1, None, size)
     slower = (record.speed_mps[:, rear].min(axis=0) < record.config.desired_speed_mps - 1.0).tolist()
-    stopped = record.outcome.stops[rear] > 0
+    stopped = record.stops[rear] > 0
     shown = f"{sum(slower)} of {len(slower)} slow down, {stopped.sum()} stop"
     return Finding(all(slower) and bool(stopped.any()), shown, of_cases([*slower, bool(stopped.any())]))
 
@@ -187,7 +187,7 @@ def baseline_stops(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at x_d = 5 m, tau = 0.1 s."""
     share = _outcome(evidence, "baseline", *CELLS[0]).stopped_share()
     record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
-    lowest = record.speed_mps[:, record.outcome.intact].min(axis=0)
+    lowest = record.speed_mps[:, record.intact].min(axis=0)
     slower = ", ".join(f"{100.0 * float((lowest < limit).mean()):.1f} % < {limit:g} m/s" for limit in (1.0, 2.0))
     return Finding(share, f"{share:.1f} % < 0.01 m/s, {slower}", of_number(share, claim.number))
 

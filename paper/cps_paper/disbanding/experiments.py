@@ -1,6 +1,6 @@
 """What the chapter simulates, under one interpretation of what it leaves open, and the results.
 
-`PlanSearch` solves (2.9) on the plain law, with kernels only, by the genetic algorithm.
+`PlanSearch` solves (2.9) on the plain law by the genetic algorithm.
 """
 
 from __future__ import annotations
@@ -8,15 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
+from cps_baselines.disbanding.genetic import GivenPlans
 from cps_baselines.disbanding.plan_search import Evaluate, SearchResult, SearchSettings, search_plan
-from cps_envs.core.kernels import pack
+from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray
-from cps_envs.disbanding.dynamics import advance
-from cps_envs.disbanding.payoff import measured
-from cps_envs.disbanding.start import nominal_constants, place, undisturbed
-from cps_envs.disbanding.state import allocate
+from cps_envs.disbanding.problem import DISBANDING
 from cps_paper.disbanding.played import DEFENDERS, READINGS, PlayedReading, PlayedScenario
 from cps_paper.disbanding.scenario import CONTROLLERS, Attack, Recorded, Scenario
 from cps_paper.evidence import Evidence, Experiment
@@ -67,17 +63,11 @@ class PlanSearch:
 def evaluator(scenario: Scenario) -> Evaluate:
     """A function from plans, disbanding times (P, N) of the paper's platoons 1..N, to E_v over all vehicles (P,)."""
     config = scenario.config
-    nominal = pack(nominal_constants(config))
+    spec = DISBANDING.game(config, 1).spec("attacker")
 
     def evaluate(plans: FloatArray) -> FloatArray:
-        envs = np.ones(len(plans), np.bool_)
-        constants = np.repeat(nominal, len(plans))
-        state = allocate(len(plans), config.max_platoons, config.vehicles_per_platoon)
-        place(state, constants, undisturbed(constants, config.max_vehicles), envs)
-        state.disbanding_s[:] = plans[:, ::-1]
-        advance(state, constants, np.zeros_like(state.position), envs, config.horizon_steps)
-        errors: FloatArray = measured(state, constants, config.horizon_steps)["velocity_error_all"]
-        return errors
+        found = play_episodes(DISBANDING, config, {"attacker": GivenPlans(spec, plans)}, [0] * len(plans))
+        return found["velocity_error_all"]
 
     return evaluate
 
@@ -107,23 +97,22 @@ class Experiments:
     def string(self, num_platoons: int) -> Recorded:
         """Fig. 2.1a-d: the lead platoon is disbanded; long enough for recovery where there is one."""
         duration_s = {20: 1200.0, 50: 2700.0, 80: 4500.0}[num_platoons]
-        attack = ((num_platoons, ATTACK_S),)
-        scenario = Scenario(
-            attack, interpretation=self.interpretation, num_platoons=num_platoons, duration_s=duration_s
+        return Recorded(
+            ((num_platoons, ATTACK_S),),
+            interpretation=self.interpretation,
+            num_platoons=num_platoons,
+            duration_s=duration_s,
+            sample_s=0.2 if num_platoons == STRINGS[0] else 1.0,
         )
-        return Recorded(scenario, 0.2 if num_platoons == STRINGS[0] else 1.0)
 
     def every_other(self, tau_s: float) -> Recorded:
         """Fig. 2.1e: every other one of 20 platoons is disbanded, 30 s apart."""
         attack = tuple((20 - 2 * i, ATTACK_S + 30.0 * i) for i in range(10))
-        scenario = Scenario(
-            attack, tau_s, interpretation=self.interpretation, num_platoons=STRINGS[0], duration_s=600.0
-        )
-        return Recorded(scenario, 0.2)
+        return Recorded(attack, tau_s, interpretation=self.interpretation, num_platoons=STRINGS[0], duration_s=600.0)
 
     def rear_speeds(self, attack: Attack) -> Recorded:
         """Figs. 2.3a, b."""
-        return Recorded(Scenario(attack, interpretation=self.interpretation), 0.2)
+        return Recorded(attack, interpretation=self.interpretation)
 
     def single(self, num_platoons: int, tau_s: float, platoon: int | None = None, time_s: float = 1.0) -> Scenario:
         """One platoon disbanded, the lead one if not given; Figs. 2.3c, d and the search for something better."""

@@ -84,9 +84,7 @@ def _rear_speeds_of_others(axes: Any, evidence: DisbandingEvidence) -> None:
     record = evidence[evidence.experiments.every_other(TAUS_S[0])]
     size = record.config.vehicles_per_platoon
     platoons = [
-        platoon
-        for platoon in range(record.config.max_platoons, 0, -1)
-        if record.outcome.intact[record.vehicles(platoon)].all()
+        platoon for platoon in range(record.config.max_platoons, 0, -1) if record.intact[record.vehicles(platoon)].all()
     ]
     for platoon, color in zip(platoons, shades(len(platoons)), strict=True):
         rear = record.vehicles(platoon).start + size - 1

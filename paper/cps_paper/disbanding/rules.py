@@ -6,16 +6,14 @@ rules that the chapter only mentions.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
-from cps_envs.disbanding.config import PAPER
 from cps_paper.claims import Claims
 from cps_paper.disbanding.experiments import DisbandingEvidence
-from cps_paper.disbanding.scenario import Overrides, Recorded, Scenario
-from cps_paper.evidence import Experiment
-from cps_paper.recheck import Condition
+from cps_paper.disbanding.scenario import Scenario
+from cps_paper.recheck import Condition, varying
 from cps_paper.verdicts import COMPARISON_RULE, RECOVERY_RULE
 
 CLAIMS: Claims[DisbandingEvidence] = Claims("claims_ch2")
@@ -26,26 +24,15 @@ RULES = (
 )
 
 
-def varied(experiment: Experiment[Any], overrides: Overrides) -> Experiment[Any]:
-    """The same simulation with other fields of the configuration."""
-    if isinstance(experiment, Scenario):
-        return replace(experiment, overrides=(*experiment.overrides, *overrides))
-    if isinstance(experiment, Recorded):
-        scenario = varied(experiment.scenario, overrides)
-        assert isinstance(scenario, Scenario)
-        return replace(experiment, scenario=scenario)
-    raise TypeError(f"no claim needs {experiment.label}")
+def _changed(name: str, field: str, value: Callable[[Scenario], Any]) -> Condition:
+    def vary(scenario: Scenario) -> Scenario:
+        return replace(scenario, overrides=(*scenario.overrides, (field, value(scenario))))
 
-
-def halved(experiment: Experiment[Any]) -> Experiment[Any]:
-    """The same simulation at half the step of its interpretation."""
-    scenario = experiment.scenario if isinstance(experiment, Recorded) else experiment
-    step_s = scenario.config.dynamics.dt_s if isinstance(scenario, Scenario) else PAPER.dynamics.dt_s
-    return varied(experiment, (("dt_s", step_s / 2),))
+    return Condition(name, (varying(Scenario, vary),))
 
 
 CONDITIONS = (
-    Condition("at half the step", (halved,)),
-    Condition("with the standstill rule", (partial(varied, overrides=(("standstill_rule", True),)),)),
-    Condition("with transitional controllers", (partial(varied, overrides=(("transitional_controller", True),)),)),
+    _changed("at half the step", "dt_s", lambda scenario: scenario.config.dynamics.dt_s / 2),  # of its interpretation
+    _changed("with the standstill rule", "standstill_rule", lambda scenario: True),
+    _changed("with transitional controllers", "transitional_controller", lambda scenario: True),
 )

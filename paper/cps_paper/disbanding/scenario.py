@@ -137,47 +137,13 @@ def outcome(state: State, constants: Array, horizon_steps: int) -> ScenarioOutco
 
 
 @dataclass(frozen=True)
-class Recorded:
-    """A scenario whose course is kept every `sample_s` seconds."""
-
-    scenario: Scenario
-    sample_s: float
-
-    @property
-    def cost(self) -> float:
-        """How long it takes, relative to others."""
-        return self.scenario.cost
-
-    @property
-    def label(self) -> str:
-        """A few words for a progress bar."""
-        return self.scenario.label
-
-    def run(self) -> ScenarioCourse:
-        """Simulate it to the end."""
-        state, constants = begin(self.scenario)
-        advance = driver(self.scenario, state, constants)
-        config = self.scenario.config
-        steps = round(self.sample_s / config.dynamics.dt_s)
-        samples = config.horizon_steps // steps
-        position, speed = np.empty((2, samples + 1, config.max_vehicles))
-        position[0], speed[0] = state.position[0], state.speed[0]
-        for k in range(samples):
-            advance(steps)
-            position[k + 1], speed[k + 1] = state.position[0], state.speed[0]
-        time_s = np.arange(samples + 1, dtype=np.float64) * self.sample_s
-        return ScenarioCourse(config, time_s, position, speed, outcome(state, constants, config.horizon_steps))
-
-
-@dataclass(frozen=True)
-class ScenarioCourse:
-    """The course of a simulation, T samples of M vehicles, front to rear."""
+class ScenarioCourse(ScenarioOutcome):
+    """An outcome and what led to it, T samples of M vehicles, front to rear."""
 
     config: DisbandingConfig
     time_s: FloatArray  # (T,)
     position_m: FloatArray  # (T, M)
     speed_mps: FloatArray  # (T, M)
-    outcome: ScenarioOutcome
 
     def vehicles(self, platoon: int) -> slice:
         """The columns of a platoon, counted from the rear as the paper does, its leader first."""
@@ -199,10 +165,32 @@ class ScenarioCourse:
 
         Without an attack all keep what they begin with, the steady state. Human drivers keep larger gaps.
         """
-        gaps = -np.diff(self.position_m, axis=1)[:, self.outcome.intact[1:]]
+        gaps = -np.diff(self.position_m, axis=1)[:, self.intact[1:]]
         speeds = deviation(self.speed_mps, self.speed_mps[0], self.config.desired_speed_mps)
         return recovery_s(self.time_s, np.maximum(speeds, deviation(gaps, gaps[0], gaps[0])), share)
 
     def duration_s(self, holds: BoolArray) -> float:
         """For how long a condition (T,) holds, in total."""
         return float(np.count_nonzero(holds) * (self.time_s[1] - self.time_s[0]))
+
+
+@dataclass(frozen=True)
+class Recorded(Scenario):
+    """A scenario whose course is kept every `sample_s` seconds."""
+
+    sample_s: float = 0.2
+
+    def run(self) -> ScenarioCourse:
+        """Simulate it to the end."""
+        state, constants = begin(self)
+        advance, config = driver(self, state, constants), self.config
+        steps = round(self.sample_s / config.dynamics.dt_s)
+        samples = config.horizon_steps // steps
+        position, speed = np.empty((2, samples + 1, config.max_vehicles))
+        position[0], speed[0] = state.position[0], state.speed[0]
+        for k in range(samples):
+            advance(steps)
+            position[k + 1], speed[k + 1] = state.position[0], state.speed[0]
+        time_s = np.arange(samples + 1, dtype=np.float64) * self.sample_s
+        ended = outcome(state, constants, config.horizon_steps)
+        return ScenarioCourse(**vars(ended), config=config, time_s=time_s, position_m=position, speed_mps=speed)

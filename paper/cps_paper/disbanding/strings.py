@@ -202,7 +202,7 @@ def _string(record: ScenarioCourse, paper_min: float) -> StringCourse:
 
 
 def _every_other(evidence: DisbandingEvidence, tau_s: float) -> EveryOther:
-    outcome = evidence[evidence.experiments.every_other(tau_s)].outcome
+    outcome = evidence[evidence.experiments.every_other(tau_s)]
     once, twice, thrice = (outcome.stopped_share(times) for times in (1, 2, 3))
     rear = 100.0 * float(outcome.rear_collided[outcome.intact].mean())
     return EveryOther(tau_s, (once, twice, thrice), outcome.collided_share(), rear)

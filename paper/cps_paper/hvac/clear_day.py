@@ -151,7 +151,7 @@ def heats_only_below(evidence: HvacEvidence, claim: Claim) -> Finding:
 @CLAIMS.judges("C05")
 def reference(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The configuration's."""
-    ours = noise_free(ENERGIES_W[0]).scenario.config.reference_c
+    ours = noise_free(ENERGIES_W[0]).config.reference_c
     return Finding(ours, f"{ours:g} °C, an input", by_construction(of_printed(ours, claim)))
 
 

@@ -12,7 +12,7 @@ from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.problem import HVAC
 from cps_paper.evidence import Evidence, Experiment
-from cps_paper.hvac.scenario import DayScenario, RecordedDay, Settings
+from cps_paper.hvac.scenario import DayScenario, Settings
 
 
 @dataclass(frozen=True)
@@ -30,16 +30,9 @@ class Controller:
         return config
 
     def under(self, experiment: Experiment[Any]) -> Experiment[Any]:
-        """The experiment that stands in for one of the chapter."""
-        if isinstance(experiment, DayScenario):
-            return replace(
-                experiment, settings=tuple(sorted({**dict(self.settings), **dict(experiment.settings)}.items()))
-            )
-        if isinstance(experiment, RecordedDay):
-            scenario = self.under(experiment.scenario)
-            assert isinstance(scenario, DayScenario)
-            return replace(experiment, scenario=scenario)
-        raise TypeError(f"no part of the chapter needs {experiment.label}")
+        """The day that stands in for one of the chapter."""
+        assert isinstance(experiment, DayScenario)
+        return replace(experiment, settings=tuple(sorted({**dict(self.settings), **dict(experiment.settings)}.items())))
 
 
 def planning(name: str, reading: str) -> Controller:

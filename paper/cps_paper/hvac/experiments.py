@@ -30,6 +30,11 @@ def scenario(attacker: str, defender: str, days: int, **settings: Hashable) -> D
     return DayScenario(attacker, defender, days, tuple(sorted(settings.items())))
 
 
+def recorded(attacker: str, defender: str, days: int, **settings: Hashable) -> RecordedDay:
+    """The same with its course."""
+    return RecordedDay(attacker, defender, days, tuple(sorted(settings.items())))
+
+
 def compared(num_sensors: int, attacker: str, defender: str, count: int) -> DayScenario:
     """A bar of Fig. 4.7 or 4.8; a count of 0 is the attack-free day, whoever the attacker would be."""
     if count == 0:
@@ -46,23 +51,23 @@ def undefended(attacker: str, count: int) -> DayScenario:
 
 def noise_free(max_heating_w: float) -> RecordedDay:
     """The attack-free day of Figs. 4.2 and 4.3."""
-    return RecordedDay(scenario("none", "none", 1, noise_std_c=0.0, max_heating_w=max_heating_w))
+    return recorded("none", "none", 1, noise_std_c=0.0, max_heating_w=max_heating_w)
 
 
 def first_zone(attacker: str) -> RecordedDay:
     """Figs. 4.4b, c: sensor 1 alone is attacked; with the attacker "none", the same days without an attack."""
-    return RecordedDay(scenario(attacker, "none", DAYS[4], num_compromised=1, attack_order=(1, 2, 3, 4)))
+    return recorded(attacker, "none", DAYS[4], num_compromised=1, attack_order=(1, 2, 3, 4))
 
 
 def observed(sensors: tuple[int, ...], window_steps: int) -> RecordedDay:
     """A case of Fig. 4.5."""
     settings: dict[str, Hashable] = {"window_steps": window_steps, "sensor_sets": (*sensors, 0, 1, 2, 3, 4)}
-    return RecordedDay(scenario("none", _fixed(sensors), FIGURE_4_5_DAYS, **settings))
+    return recorded("none", _fixed(sensors), FIGURE_4_5_DAYS, **settings)
 
 
 def second_zone() -> RecordedDay:
     """Fig. 4.6: MTD1 while sensor 2 shows a negative bias."""
-    return RecordedDay(scenario("constant", "mtd1", FIGURE_4_6_DAYS, num_compromised=1))
+    return recorded("constant", "mtd1", FIGURE_4_6_DAYS, num_compromised=1)
 
 
 def table_cell(table: str, percent: int, sensors_used: int) -> DayScenario:

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.game import Game
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Role
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
@@ -32,7 +34,6 @@ class DayOutcome:
     onset_step: int
     distinct_sets: IntArray  # (B,) sensor sets chosen at some time
     intact_sets: IntArray  # (B,) of these, those without an attacked sensor
-    model_steps: IntArray  # (B,) in which the model's prediction was chosen
     rejecting_steps: IntArray  # (B,) in which no set passed the threshold of MTD2
     full_window_steps: int  # in which a set could be chosen
 
@@ -77,34 +78,34 @@ class DayScenario:
         attacked = "" if self.attacker == "none" else f" on {config.max_compromised} of {config.num_sensors}"
         return f"{self.attacker}{attacked}, {self.defender}"
 
-    def play(self, watch: Watch) -> HvacGame:
+    def play(self, watch: Watch) -> DayOutcome:
         """Simulate all days; `watch` is called with the game at k = 0 and after every step."""
-        envs = np.ones(self.days, np.bool_)
-        match = HVAC.match(self.config, self.days, {"attacker": self.attacker, "defender": self.defender})
-        game = match.game
-        assert isinstance(game, HvacGame)
-        match.reset(envs, [np.random.default_rng(self.first_seed + day) for day in range(self.days)])
-        watch(game)
-        for _ in range(game.horizon):
-            match.step({}, envs, 1)
-            watch(game)
-        return game
-
-    def run(self) -> DayOutcome:
-        """Simulate them to the end."""
         squares: list[FloatArray] = []
-        game = self.play(lambda game: squares.append(squared_error(game)))
-        metrics = {name: values.astype(np.int64) for name, values in game.metrics().items()}
+        games: list[HvacGame] = []
+
+        def look(game: Game) -> None:
+            assert isinstance(game, HvacGame)
+            squares.append(squared_error(game))
+            games.append(game)
+            watch(game)
+
+        players: dict[Role, PolicyReference] = {"attacker": self.attacker, "defender": self.defender}
+        seeds = range(self.first_seed, self.first_seed + self.days)
+        metrics = play_episodes(HVAC, self.config, players, seeds, on_step=look)
+        game = games[-1]
         return DayOutcome(
             squared_error=np.array(squares),
             mean_abs_error_c=game.state.absolute_error / game.config.num_steps,
             onset_step=int(game.state.onset[0]),
-            distinct_sets=metrics["distinct_sets"],
+            distinct_sets=metrics["distinct_sets"].astype(np.int64),
             intact_sets=(used_sets(game) & ~self._flawed(game)).sum(axis=1),
-            model_steps=metrics["model_steps"],
-            rejecting_steps=metrics["rejecting_steps"],
+            rejecting_steps=metrics["rejecting_steps"].astype(np.int64),
             full_window_steps=game.horizon - game.config.window_steps,
         )
+
+    def run(self) -> DayOutcome:
+        """Simulate them to the end."""
+        return self.play(lambda game: None)
 
     def _flawed(self, game: HvacGame) -> BoolArray:
         """Which sets use a sensor that is attacked, (B, sets)."""
@@ -125,11 +126,11 @@ def squared_error(game: HvacGame) -> FloatArray:
     return error
 
 
-class DayCourse(NamedTuple):
-    """B days of K states, K - 1 decisions between them, n zones, S sensors."""
+@dataclass(frozen=True)
+class DayCourse(DayOutcome):
+    """An outcome and what led to it: B days of K states, K - 1 decisions between them, n zones, S sensors."""
 
     config: HvacConfig
-    time_h: FloatArray  # (K,)
     outdoor_c: FloatArray  # (K,)
     temperature_c: FloatArray  # (K, B, n) true
     reading_c: FloatArray  # (K, B, S) forged or not
@@ -139,9 +140,9 @@ class DayCourse(NamedTuple):
     choice: IntArray  # (K - 1, B) 0 raw readings, 1.. sets, last the model
 
     @property
-    def onset_step(self) -> int:
-        """t_0, the same on all days."""
-        return int(bounds(self.config.onset_step)[0])
+    def time_h(self) -> FloatArray:
+        """The time of day at each state, (K,)."""
+        return np.arange(len(self.outdoor_c), dtype=np.float64) * (self.config.step_s / 3600.0)
 
     @property
     def tracking_error_c(self) -> FloatArray:
@@ -168,37 +169,34 @@ class DayCourse(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RecordedDay:
+class RecordedDay(DayScenario):
     """A scenario whose course is kept; an experiment of the chapter."""
-
-    scenario: DayScenario
-
-    @property
-    def cost(self) -> float:
-        """How long it takes, in seconds."""
-        return self.scenario.cost
 
     @property
     def label(self) -> str:
         """A few words for a progress bar."""
-        return f"{self.scenario.label}, recorded"
+        return f"{super().label}, recorded"
 
     def run(self) -> DayCourse:
         """Simulate it to the end."""
-        before: list[tuple[Array, ...]] = []  # at k
-        after: list[tuple[Array, ...]] = []  # decided at k, known at k + 1
+        seen: dict[str, list[Array]] = {}
 
         def watch(game: HvacGame) -> None:
             state = game.state
-            before.append(tuple(each.copy() for each in (state.temperature, state.reading, state.residual)))
-            after.append(tuple(each.copy() for each in (state.fed, state.heating, state.choice)))
+            now = {
+                "outdoor_c": game.constants.outdoor[game.elapsed[0]],
+                "temperature_c": state.temperature,
+                "reading_c": state.reading,
+                "residual_c2": state.residual,
+                "estimate_c": state.fed,
+                "heating_w": state.heating,
+                "choice": state.choice,
+            }
+            for name, values in now.items():
+                seen.setdefault(name, []).append(values.copy())
 
-        game = self.scenario.play(watch)
-        config = game.config
-        return DayCourse(
-            config,
-            np.arange(config.num_steps, dtype=np.float64) * (config.step_s / 3600.0),
-            game.constants.outdoor[: config.num_steps].copy(),
-            *(np.array(each) for each in zip(*before, strict=True)),
-            *(np.array(each) for each in zip(*after[1:], strict=True)),
-        )
+        outcome = self.play(watch)
+        for name in ("estimate_c", "heating_w", "choice"):  # decided at k, known at k + 1
+            del seen[name][0]
+        courses: dict[str, Any] = {name: np.array(each) for name, each in seen.items()}
+        return DayCourse(**vars(outcome), config=self.config, **courses)

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from itertools import starmap
 from typing import Any
 
 from cps_envs.rogue.config import PAPER
 from cps_paper.chapter import Chapter, Judged, Reproduction
-from cps_paper.evidence import Experiment
+from cps_paper.evidence import Experiment, Vary
 from cps_paper.exhibit import Exhibit
-from cps_paper.recheck import Condition
+from cps_paper.recheck import Condition, varying
 from cps_paper.rogue import claims_courses, claims_maps, plots, reference
 from cps_paper.rogue.claims import CLAIMS, RULES
 from cps_paper.rogue.claims_courses import EARLY_DISBANDING, ENDS
 from cps_paper.rogue.experiments import (
+    Attacked,
     Overrides,
-    Ride,
     RogueEvidence,
-    Waves,
     calm_ride,
     map_rows,
     searched_ride,
@@ -59,18 +57,16 @@ OTHER_WORLDS: Overrides = tuple(
 )
 
 
-def _varied(experiment: Experiment[Any], overrides: Overrides, seed: int = 0) -> Experiment[Any]:
+def _varied(overrides: Overrides, seed: int = 0) -> Vary:
     """The same course or the same damages under other settings."""
-    if not isinstance(experiment, Ride | Waves):
-        raise TypeError(f"no claim needs {experiment.label}")
-    return replace(experiment, overrides=(*experiment.overrides, *overrides), seed=seed)
+    return varying(Attacked, lambda usual: replace(usual, overrides=(*usual.overrides, *overrides), seed=seed))
 
 
 CONDITIONS = (
-    Condition(f"at half the step ({1e3 * PAPER.dt_s / 2:g} ms)", (partial(_varied, overrides=HALF_STEP),)),
+    Condition(f"at half the step ({1e3 * PAPER.dt_s / 2:g} ms)", (_varied(HALF_STEP),)),
     Condition(
         f"in {WORLDS} worlds (drive and drag within {100 * SPREAD:g} %)",
-        tuple(partial(_varied, overrides=OTHER_WORLDS, seed=seed) for seed in range(1, WORLDS + 1)),
+        tuple(_varied(OTHER_WORLDS, seed) for seed in range(1, WORLDS + 1)),
     ),
 )
 

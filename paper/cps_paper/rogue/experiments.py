@@ -37,21 +37,39 @@ VERIFYING_WORLDS = 6
 
 
 @dataclass(frozen=True)
-class Waves:
-    """Several square waves against a defender, all at once."""
+class Attacked:
+    """A defender in a configuration that differs from preset `paper` in these fields."""
 
     defender: str
-    power_ratio: float
-    waves: tuple[Wave, ...]
+    power_ratio: float = 1.0
     contact: str = PASS
     duration_s: float = PAPER.duration_s
     overrides: Overrides = ()
     seed: int = 0
 
     @property
+    def config(self) -> RogueConfig:
+        """What it is played under."""
+        named = {"contact": self.contact, "duration_s": self.duration_s, "power_ratio": self.power_ratio}
+        config: RogueConfig = ROGUE.config("paper", {**named, **dict(self.overrides)})
+        return config
+
+    @property
+    def step_s(self) -> float:
+        """CPU time of an episode's steps, roughly."""
+        return ADVANCE_S * self.duration_s * PAPER.dt_s / float(dict(self.overrides).get("dt_s", PAPER.dt_s))
+
+
+@dataclass(frozen=True)
+class Waves(Attacked):
+    """Several square waves against a defender, all at once."""
+
+    waves: tuple[Wave, ...] = ()
+
+    @property
     def cost(self) -> float:
         """How long it takes, in seconds."""
-        return ADVANCE_S * self.duration_s * (4 + len(self.waves)) * _steps(self.overrides)
+        return (4 + len(self.waves)) * self.step_s
 
     @property
     def label(self) -> str:
@@ -60,17 +78,10 @@ class Waves:
 
     def run(self) -> FloatArray:
         """The damages (F,)."""
-        named = {"contact": self.contact, "duration_s": self.duration_s, "power_ratio": self.power_ratio}
-        config = ROGUE.config("paper", {**named, **dict(self.overrides)})
         frequencies_hz, duties = np.array(self.waves).T
-        attacker = SquareWave(ROGUE.game(config, 1).spec("attacker"), frequencies_hz, duties)
+        attacker = SquareWave(ROGUE.game(self.config, 1).spec("attacker"), frequencies_hz, duties)
         players: dict[Role, PolicyReference] = {"attacker": attacker, "defender": self.defender}
-        return np.asarray(play_episodes(ROGUE, config, players, [self.seed] * len(self.waves))["damage"])
-
-
-def _steps(overrides: Overrides) -> float:
-    """Integration steps over those of the preset."""
-    return PAPER.dt_s / float(dict(overrides).get("dt_s", PAPER.dt_s))
+        return np.asarray(play_episodes(ROGUE, self.config, players, [self.seed] * len(self.waves))["damage"])
 
 
 def square_waves(frequencies_hz: tuple[float, ...]) -> tuple[Wave, ...]:
@@ -82,42 +93,27 @@ FULL_THROTTLE: Wave = (0.1, 1.0)
 
 
 @dataclass(frozen=True)
-class Ride:
+class Ride(Attacked):
     """One episode with its course."""
 
-    attacker: str
-    defender: str
-    power_ratio: float = 1.0
-    contact: str = PASS
-    duration_s: float = PAPER.duration_s
-    human_returns: bool = False
-    overrides: Overrides = ()
-    seed: int = 0
+    attacker: str = "none"
 
     @property
     def cost(self) -> float:
         """How long it takes, in seconds."""
-        return 10 * ADVANCE_S * self.duration_s * _steps(self.overrides)
+        return 10 * self.step_s
 
     @property
     def label(self) -> str:
         """A few words for a progress bar."""
         return f"{self.attacker} on {self.defender}, {self.contact}"
 
-    @property
-    def config(self) -> RogueConfig:
-        """What it is run under."""
-        names = ("power_ratio", "contact", "duration_s", "human_returns")
-        named = {name: getattr(self, name) for name in names}
-        config: RogueConfig = ROGUE.config("paper", {**named, **dict(self.overrides)})
-        return config
-
     def run(self) -> RogueCourse:
         """Play it."""
-        config, scenes = self.config, list[Scene]()
+        scenes: list[Scene] = []
         players: dict[Role, PolicyReference] = {"attacker": self.attacker, "defender": self.defender}
-        play_episodes(ROGUE, config, players, [self.seed], on_step=lambda game: scenes.append(game.scene(0)))
-        return course_of(config, scenes)
+        play_episodes(ROGUE, self.config, players, [self.seed], on_step=lambda game: scenes.append(game.scene(0)))
+        return course_of(self.config, scenes)
 
 
 @dataclass(frozen=True)
@@ -181,19 +177,21 @@ class RogueEvidence(Evidence):
 def map_rows(defender: str, contact: str, ratios: Sequence[float] = RATIOS, overrides: Overrides = ()) -> list[Waves]:
     """The experiments behind a heat map, ratio by ratio."""
     waves = square_waves(FREQUENCIES_HZ)
-    return [Waves(defender, ratio, waves, contact, overrides=overrides) for ratio in ratios]
+    return [Waves(defender, ratio, contact, overrides=overrides, waves=waves) for ratio in ratios]
 
 
 def square_ride(
     defender: str, frequency_hz: float, contact: str, power_ratio: float = 1.0, *, human_returns: bool = False
 ) -> Ride:
     """A square wave, with its course."""
-    return Ride(f"square?frequency_hz={frequency_hz:g}", defender, power_ratio, contact, human_returns=human_returns)
+    overrides: Overrides = (("human_returns", True),) if human_returns else ()
+    attacker = f"square?frequency_hz={frequency_hz:g}"
+    return Ride(defender, power_ratio, contact, overrides=overrides, attacker=attacker)
 
 
 def calm_ride(defender: str, contact: str) -> Ride:
     """The same platoon without an attack, with its course."""
-    return Ride("none", defender, contact=contact)
+    return Ride(defender, contact=contact)
 
 
 def seat_overrides(num_vehicles: int, seat: int) -> Overrides:
@@ -207,15 +205,14 @@ def swaying_ride(attacker: str, power_ratio: float = 1.0) -> Ride:
     """An attacker that drives by (5.15) with some gains, in preset `oscillation`, against the linear law."""
     overrides = tuple((name, getattr(OSCILLATION, name)) for name in ("num_vehicles", "attacker_index", "dt_s"))
     contact, duration_s = OSCILLATION.contact, OSCILLATION.duration_s
-    return Ride(attacker, "pd", power_ratio, contact, duration_s, overrides=overrides)
+    return Ride("pd", power_ratio, contact, duration_s, overrides, attacker=attacker)
 
 
 def steady_waves(defender: str, contact: str, power_ratio: float = 1.0) -> Waves:
     """Square waves of many frequencies, and full throttle last."""
-    waves = (*square_waves(STEADY_HZ), FULL_THROTTLE)
-    return Waves(defender, power_ratio, waves, contact, LEARNING_S)
+    return Waves(defender, power_ratio, contact, LEARNING_S, waves=(*square_waves(STEADY_HZ), FULL_THROTTLE))
 
 
 def searched_ride(defender: str, contact: str) -> Ride:
     """The attacker that was searched against a defender, at equal power, with its course."""
-    return Ride(f"switching?against={defender}", defender, contact=contact, duration_s=LEARNING_S)
+    return Ride(defender, contact=contact, duration_s=LEARNING_S, attacker=f"switching?against={defender}")

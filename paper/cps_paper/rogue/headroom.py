@@ -18,7 +18,7 @@ from cps_paper.verdicts import shipped_rows
 DUTY_HZ = tuple(np.round(np.geomspace(0.01, 0.6, 18), 4).tolist())
 DUTIES = tuple(np.round(np.linspace(0.45, 0.95, 11), 2).tolist())
 SHIPPED = shipped_rows("cps_paper.rogue", "headroom")
-GENERAL_RIDE = Ride("switching", "sliding_detection", contact=SOLID, duration_s=LEARNING_S)
+GENERAL_RIDE = Ride("sliding_detection", contact=SOLID, duration_s=LEARNING_S, attacker="switching")
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class HeadRoom:
 
 def duty_waves(defender: str, power_ratio: float) -> Waves:
     """Square waves of many frequencies and duties."""
-    return Waves(defender, power_ratio, tuple(product(DUTY_HZ, DUTIES)), SOLID, LEARNING_S)
+    return Waves(defender, power_ratio, SOLID, LEARNING_S, waves=tuple(product(DUTY_HZ, DUTIES)))
 
 
 def head_room_experiments() -> list[Any]:

@@ -30,7 +30,7 @@ class Damage:
         """The run behind a cell."""
         if self.wave is None:
             return None
-        return Waves(self.defender, self.wave[0], square_waves((self.wave[1],)), self.contact)
+        return Waves(self.defender, self.wave[0], self.contact, waves=square_waves((self.wave[1],)))
 
 
 @lru_cache(maxsize=1)
