@@ -80,10 +80,9 @@ def law_commands(state: State, parameters: Array) -> FloatArray:
     return law
 
 
-def run_heuristic(state: State, parameters: Array, seconds: float, period_steps: int = 1, release: bool = True) -> None:
+def run_heuristic(state: State, parameters: Array, seconds: float) -> None:
     """Advance every environment from the start under Algorithm 1."""
-    on, held = np.ones(len(parameters), np.bool_), np.zeros_like(state.position)
-    advance_with_heuristic(state, parameters, on, steps(parameters, seconds), period_steps, release, held)
+    advance_with_heuristic(state, parameters, np.ones(len(parameters), np.bool_), steps(parameters, seconds))
 
 
 def run_mpc(state: State, parameters: Array, seconds: float, settings: MpcSettings = PAPER_MATCHING) -> None:

@@ -15,7 +15,7 @@ from cps_baselines.disbanding.heuristic_policy import (
 )
 from cps_envs.core.kernels import unpack
 from cps_envs.disbanding.state import Constants
-from tests.disbanding.table_2_1 import LEAD, metrics, run, run_heuristic, start, steps, table_2_1
+from tests.disbanding.table_2_1 import run, run_heuristic, start, table_2_1
 
 CONSTANTS = unpack(Constants, table_2_1(), 0)
 speeds = st.floats(0.0, 36.0)
@@ -112,16 +112,3 @@ def test_without_an_attack_nothing_changes() -> None:
     run_heuristic(mitigated, parameters, 20.0)
     for ours, theirs in zip(mitigated, plain, strict=True):
         np.testing.assert_array_equal(ours, theirs)
-
-
-def test_holding_the_difference() -> None:
-    """Section 7.5: 0.1 s costs little at a small lag, 1 s ruins the heuristic; without release it is 2.5 worse."""
-    parameters = table_2_1(5, tau_s=[0.1, 0.1, 0.5, 0.5, 0.1])
-    expected = (25.3, 38.9, 30.5, 42.4, 25.44 + 2.5)
-    errors = []
-    for b, period_s in enumerate((0.1, 1.0, 0.1, 1.0, 0.01)):
-        row = parameters[b : b + 1]
-        state = start(row, LEAD)
-        run_heuristic(state, row, 180.0, steps(row, period_s), release=b < 4)
-        errors.append(metrics(state, row)["velocity_error_intact"])
-    np.testing.assert_allclose(errors, expected, atol=0.06)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from cps_baselines.fdi.branch_and_bound import PRINTED, find_injections, make_search
+from cps_baselines.fdi.branch_and_bound import PRINTED
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
 from cps_paper.fdi import figure_3_2
@@ -134,32 +132,6 @@ def test_only_impossible_readings_start_the_range_attack(rows: list[FigureRow]) 
     assert (of(rows, "fig32", "x").course.lowest_reading_m or 0.0) < -5.0
     assert (of(rows, "bounded", "x").course.lowest_reading_m or 0.0) >= 0.0
     assert of(rows, "bounded", "x").course.infeasible_calls > 0
-
-
-def test_whole_sequences_are_applied_before_the_next_search() -> None:
-    config = replace(FIG_3_2, horizon=201)
-    course = attack_course(config, 10, "xv", steps_ahead=1, width=3)
-    search, e = make_search(config, 10, "xv", 1, width=3), np.zeros(20)
-    expected = np.empty((0, 2))
-    while len(expected) < 201:
-        for d in find_injections(search, e[np.newaxis]).levels[0] * [0.5, 0.25]:
-            e = config.model.transition @ e + config.model.injection[:, [9, 19]] @ d
-            expected = np.vstack([expected, d])
-    assert course.collision is None
-    np.testing.assert_array_equal(course.injection, expected[:201])
-
-
-def test_applying_only_the_first_of_a_sequence_is_slower() -> None:
-    config = replace(FdiConfig(), limit_commands=False, limit_readings=False, horizon=300)
-    search, e, steps = make_search(config, 4, "x", 1), np.zeros(8), 0
-    while (e[:4] > -5.0).all():
-        d = find_injections(search, e[np.newaxis]).levels[0, 0] * 0.5
-        e = config.model.transition @ e + config.model.injection[:, [3]] @ d
-        steps += 1
-    whole = attack_course(config, 4, "x", steps_ahead=1).collision
-    assert whole is not None
-    assert whole.time_s == pytest.approx(36.2)
-    assert steps * config.dt_s == pytest.approx(47.8)
 
 
 def test_courses_end_at_the_first_watched_collision() -> None:

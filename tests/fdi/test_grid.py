@@ -136,7 +136,7 @@ def check(cell: GridCell, horizon: int, num_vehicles: int = 4) -> None:
 def test_reachable_cells(name: str) -> None:
     cell = solve_cell(TABLE_3_1, parse_task(name, 4), time_limit_s=20)
     assert cell.reachable
-    assert cell.solves == len(cell.statuses) >= 1
+    assert cell.statuses
     assert set(cell.statuses) <= {"proved", "infeasible", "time limit"}
     check(cell, 14)
 
@@ -149,7 +149,7 @@ def test_a_cell_of_a_longer_platoon() -> None:
 
 def test_the_relaxation_settles_unreachable_cells() -> None:
     cell = solve_cell(TABLE_3_1, parse_task("x4>1", 4))
-    assert (cell.reachable, cell.speed_mps, cell.pairs, cell.distance, cell.solves) == (False, None, (), None, 0)
+    assert (cell.reachable, cell.speed_mps, cell.pairs, cell.distance, cell.statuses) == (False, None, (), None, ())
 
 
 def test_a_stricter_acceptance_reaches_no_more() -> None:

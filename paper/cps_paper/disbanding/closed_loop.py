@@ -16,7 +16,7 @@ from cps_baselines.disbanding.mpc import (
     mpc_scratch,
     predictive_command,
 )
-from cps_envs.core.kernels import borrowed, inlined, kernel, unpack, view
+from cps_envs.core.kernels import inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.dynamics import account, command_by_law, final_command, first_mitigable, has_ended, integrate
@@ -49,22 +49,13 @@ def sweep_with_heuristic(
     c: Constants,
     gap: FloatArray,
     mitigable: BoolArray,
-    held: FloatArray,
-    fresh: bool,
-    release: bool,
 ) -> None:
     """Make the commands of all vehicles final, front to rear, so that each sees its predecessor's final command."""
     u, speed = episode.command, episode.speed
     for q in range(c.num_vehicles):
         ahead = max(q - 1, 0)
-        if mitigable[q]:
-            law = u[q]
-            if fresh:
-                if closes_in(gap[q], episode.previous_gap[q], release):
-                    u[q] = travelled_distance_command(law, u[ahead], gap[q], speed[q], speed[ahead], c, FORESIGHT)
-                held[q] = u[q] - law
-            else:
-                u[q] = law + held[q]
+        if mitigable[q] and closes_in(gap[q], episode.previous_gap[q], True):
+            u[q] = travelled_distance_command(u[q], u[ahead], gap[q], speed[q], speed[ahead], c, FORESIGHT)
         u[q] = final_command(u[q], gap[q], speed[q], speed[ahead], c)
 
 
@@ -74,27 +65,21 @@ def advance_with_heuristic(
     constants: Array,
     active: BoolArray,
     num_steps: int,
-    period_steps: int,
-    release: bool,
-    held: FloatArray,
 ) -> None:
     """`advance` with Algorithm 1 on every mitigable vehicle instead of a defender's corrections.
 
-    The heuristic is evaluated every `period_steps` integration steps (the paper's tables: 1); in between each vehicle
-    keeps the difference that it made, `held` (B, M) m/s2, which the caller starts at zero. `release` = the law is
-    reused once the gap increases (the paper's rule), tested at each evaluation.
+    It is evaluated at every integration step; the law is reused once the gap increases.
     """
     vehicles = state.position.shape[1]
     gap, closing, mitigable = np.empty(vehicles), np.empty(vehicles), np.empty(vehicles, np.bool_)
     for b in range(active.size):
-        episode, c, kept = view(state, b), unpack(Constants, constants, b), borrowed(held)[b]
+        episode, c = view(state, b), unpack(Constants, constants, b)
         for _ in range(num_steps if active[b] else 0):
             if has_ended(episode, c):
                 break
             command_by_law(episode, c, gap, closing, episode.command)
             mark_mitigable(episode, c, mitigable)
-            fresh = episode.step[0] % period_steps == 0
-            sweep_with_heuristic(episode, c, gap, mitigable, kept, fresh, release)
+            sweep_with_heuristic(episode, c, gap, mitigable)
             remember_gaps(episode, c, gap)
             integrate(episode, c)
             account(episode, c)

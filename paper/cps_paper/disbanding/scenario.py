@@ -116,7 +116,7 @@ def driver(scenario: Scenario, state: State, constants: Array) -> Advance:
     if scenario.controller == "baseline":
         return lambda steps: advance(state, constants, zeros, envs, steps)
     if scenario.controller == "heuristic":
-        return lambda steps: advance_with_heuristic(state, constants, envs, steps, 1, True, zeros)
+        return lambda steps: advance_with_heuristic(state, constants, envs, steps)
     mpc = stack_mpc(PAPER_MATCHING, constants["tau_s"])
     memory = mpc_memory(mpc, zeros.shape[1])
     return lambda steps: advance_with_mpc(state, constants, envs, steps, mpc, PAPER_MATCHING.release, memory)

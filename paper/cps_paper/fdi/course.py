@@ -50,55 +50,32 @@ def attack_course(
     vehicle: int,
     kind: str,
     *,
-    steps_ahead: int = 0,
-    width: int = 0,
     gap_sign: float = CORRECTED,
     ignored_pair: int | None = None,
 ) -> CollisionCourse:
-    """Attack one vehicle from rest until a gap closes or the horizon ends; see `make_search` for the options.
+    """Attack one vehicle from rest until a gap closes or the horizon ends, searching one injection at a time.
 
-    A sequence is applied as a whole before the next search: applying only its first injection, the least that starts
-    any sequence, takes up to three times as long. `ignored_pair` may collide without ending the course.
+    `gap_sign` is that of e_x in (3.39). `ignored_pair` may collide without ending the course.
 
     Raises:
-        ConfigurationError: no such vehicle or kind, or a negative number.
+        ConfigurationError: no such vehicle or kind.
     """
-    search = make_search(config, vehicle, kind, steps_ahead, width=width, gap_sign=gap_sign)
+    search = make_search(config, vehicle, kind, gap_sign=gap_sign)
     watched = np.arange(1, config.num_vehicles + 1) != ignored_pair
     resolution = np.array([config.range_resolution_m, config.rate_resolution_mps])[[kind != "v", "v" in kind]]
-    errors, injections, waiting = [np.zeros(2 * config.num_vehicles)], list[FloatArray](), list[FloatArray]()
+    errors, injections = [np.zeros(2 * config.num_vehicles)], list[FloatArray]()
     infeasible, collision = 0, None
     while collision is None and len(injections) < config.horizon:
-        if not waiting:
-            planned = find_injections(search, errors[-1][np.newaxis])
-            waiting = list(planned.levels[0] * resolution)
-            infeasible += not planned.found[0]
-        injections.append(waiting.pop(0))
+        planned = find_injections(search, errors[-1][np.newaxis])
+        infeasible += not planned.found[0]
+        injections.append(planned.levels[0, 0] * resolution)
         errors.append(config.model.transition @ errors[-1] + search.effect @ injections[-1])
         collision = _collision(errors[-1], watched, len(injections), config)
-    return _course(np.array(errors), np.array(injections), config, vehicle, kind, infeasible, collision)
-
-
-def _course(
-    errors: FloatArray,
-    injections: FloatArray,
-    config: FdiConfig,
-    vehicle: int,
-    kind: str,
-    infeasible_calls: int,
-    collision: Collision | None,
-) -> CollisionCourse:
-    gap_m = errors[:, : config.num_vehicles] + config.desired_gap_m
-    shown_m = gap_m[:-1, vehicle - 1] + injections[:, 0] if "x" in kind else None
-    return CollisionCourse(
-        gap_m=gap_m,
-        relative_speed_mps=errors[:, config.num_vehicles :],
-        injection=injections,
-        lowest_reading_m=None if shown_m is None else float(shown_m.min()),
-        infeasible_calls=infeasible_calls,
-        dt_s=config.dt_s,
-        collision=collision,
-    )
+    gap_m, relative_speed_mps = np.split(np.array(errors), 2, axis=1)
+    gap_m += config.desired_gap_m
+    injection = np.array(injections)
+    lowest_m = float((gap_m[:-1, vehicle - 1] + injection[:, 0]).min()) if "x" in kind else None
+    return CollisionCourse(gap_m, relative_speed_mps, injection, lowest_m, infeasible, config.dt_s, collision)
 
 
 def _collision(error: FloatArray, watched: BoolArray, step: int, config: FdiConfig) -> Collision | None:

@@ -42,11 +42,6 @@ class GridCell:
     injections: IntArray | None  # (m, q) levels
     wall_s: float
 
-    @property
-    def solves(self) -> int:
-        """Integer programs that were solved; none where the relaxation is infeasible or too slow already."""
-        return len(self.statuses)
-
 
 def solve_cell(config: FdiConfig, task: Task, time_limit_s: float = 2.0, acceptance: float = 0.45) -> GridCell:
     """Try the grid speeds from the highest on; accept the first with an end within `acceptance` of (-x_d, speed).

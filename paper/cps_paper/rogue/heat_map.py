@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from cps_envs.core.types import FloatArray
-from cps_envs.rogue.config import PAPER, RogueConfig
+from cps_envs.rogue.config import PAPER
 
 PASS, SOLID = "pass", "solid"
 CONTACTS: Mapping[str, str] = {PASS: "m", SOLID: "m/s"}  # unit of the damage
@@ -115,13 +115,13 @@ class HeatMap:
 LONGEST_S = 1e4
 
 
-def collision_frequency_hz(power_ratio: float, gap_m: float, config: RogueConfig = PAPER) -> float:
+def collision_frequency_hz(power_ratio: float, gap_m: float) -> float:
     """f_col = 1 / (2 t_col): both vehicles at full effort from equal speed close `gap_m` in t_col; 0 if they never do.
 
     The attacker gains (ratio - 1) alpha F+ of acceleration, against which the drag of the difference in speed acts.
     """
-    gain_mps2 = (power_ratio - 1.0) * config.drive_mps2 * config.max_effort  # type: ignore[operator]
-    drag_per_s = float(config.drag_per_s)  # type: ignore[arg-type]
+    gain_mps2 = (power_ratio - 1.0) * PAPER.drive_mps2 * PAPER.max_effort  # type: ignore[operator]
+    drag_per_s = float(PAPER.drag_per_s)  # type: ignore[arg-type]
 
     def left_m(time_s: float) -> float:
         closed = gain_mps2 / drag_per_s * (time_s - (1.0 - exp(-drag_per_s * time_s)) / drag_per_s)
@@ -130,6 +130,6 @@ def collision_frequency_hz(power_ratio: float, gap_m: float, config: RogueConfig
     return 0.0 if left_m(LONGEST_S) > 0 else 1.0 / (2.0 * brentq(left_m, 0.0, LONGEST_S))
 
 
-def bumper_gap_m(config: RogueConfig = PAPER) -> float:
+def bumper_gap_m() -> float:
     """Between bumpers in steady state, where contact is; the paper's formula takes centres, `separation_m` apart."""
-    return config.separation_m - config.vehicle_length_m
+    return PAPER.separation_m - PAPER.vehicle_length_m

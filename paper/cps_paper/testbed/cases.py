@@ -25,9 +25,7 @@ from cps_paper.verdicts import SAME_SHARE, deviation, recovery_s
 PERIODS_S = (0.5, 1.0)  # t_s of Figs. 2.5b and c
 
 
-DAMPING: Mapping[
-    str, Mapping[str, Any]
-] = {  # readings of what section 2.5 leaves open: other fields of the configuration
+DAMPING: Mapping[str, Mapping[str, Any]] = {  # readings of what section 2.5 leaves open: fields of the configuration
     "k3": {},
     "k1": {"derivative_gain": 1.0, "measured_for_s": 40.0},  # E_v from the attack to the end of the run
 }
@@ -158,10 +156,10 @@ class Recovery:
         attacked, calm = (means[:, -1].mean(axis=0) for means in self._means("speeds_mps", FIRST - 1))
         return float(attacked[0] / calm[0]), float(attacked[1:].mean() / calm[1:].mean())
 
-    def follows(self, share: float = SAME_SHARE) -> BoolArray:
+    def follows(self) -> BoolArray:
         """The runs (S,) in which all intact robots are as fast, relative to the robot ahead of them, as without."""
         attacked, calm = (means[:, -1, 1:] / means[:, -1, :1] for means in self._means("speeds_mps", FIRST - 1))
-        return deviation(attacked, calm, 1.0) <= share
+        return deviation(attacked, calm, 1.0) <= SAME_SHARE
 
     @property
     def _window(self) -> int:
@@ -227,11 +225,6 @@ class Results(Evidence):
         base, short, long = (self.errors(case) for case in CASES)
         ordered: BoolArray = (base > short) & (short > long)
         return ordered
-
-    @property
-    def in_order(self) -> bool:
-        """Whether that holds in enough seeds."""
-        return bool(self.ordered.mean() >= ORDERED_SHARE)
 
     def gains(self) -> tuple[float, float]:
         """Relative reductions of the mean E_v in percent, at t_s = 0.5 s and 1 s."""
