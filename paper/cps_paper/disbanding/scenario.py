@@ -5,7 +5,7 @@ With its course kept one can read gaps, stops, and when traffic has recovered.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -154,6 +154,10 @@ class ScenarioCourse(ScenarioOutcome):
     def inner_gaps(self, platoon: int) -> FloatArray:
         """The gaps (T, n - 1) in m between the vehicles of a platoon."""
         return -np.diff(self.position_m[:, self.vehicles(platoon)], axis=1)
+
+    def rear_speeds_mps(self, platoons: Sequence[int]) -> FloatArray:
+        """The speeds (T, len(platoons)) of the last vehicles of these platoons."""
+        return self.speed_mps[:, [self.vehicles(platoon).stop - 1 for platoon in platoons]]
 
     def settled_s(self, platoon: int, share: float = SAME_SHARE) -> float | None:
         """When all inner gaps of a platoon are back for good; None if never."""

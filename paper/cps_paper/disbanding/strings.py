@@ -20,7 +20,7 @@ from cps_paper.disbanding.scenario import ScenarioCourse
 from cps_paper.disbanding.string_stability import Peak, peak_gain, rear_to_rear_gain
 from cps_paper.evidence import NotRunError
 from cps_paper.exhibit import Column, ExhibitTable
-from cps_paper.figures import MARKERS, dress, new_figure, shades
+from cps_paper.figures import add_legend, dress, marked_curves, new_figure, shades
 from cps_paper.verdicts import RECOVERY_RULE
 
 SIZES = tuple(range(2, 16))  # n
@@ -67,34 +67,27 @@ def analyse() -> Stability:
 
 def draw(stability: Stability) -> Any:
     """Gain over the period at the paper's lag, and peak gain over the number of vehicles."""
-    figure = new_figure(11.0, 4.4)
+    title = "Speed of a platoon's last vehicle against that of the platoon ahead (k_p = 1, k_d = 5, h = 1.5 s)"
+    figure = new_figure(11.0, 4.4, title)
     left, right = figure.subplots(1, 2)
     frequencies = np.geomspace(2 * np.pi / 1000.0, 2 * np.pi / 5.0, 600)
     for size, color in zip(SHOWN_SIZES, shades(len(SHOWN_SIZES)), strict=True):
         gains = rear_to_rear_gain(size, LAGS_S[0], frequencies)
         left.semilogx(2 * np.pi / frequencies, gains, color=color, label=f"n = {size}")
-    dress(
-        left,
-        f"Frequency response, tau = {LAGS_S[0]:g} s",
-        "period of the disturbance / s",
-        "gain, rear to rear vehicle",
-    )
-    left.set_xlim(5, 1000)
+    title, x = f"Frequency response, tau = {LAGS_S[0]:g} s", "period of the disturbance / s"
+    dress(left, title, x, "gain, rear to rear vehicle", x_limits=(5, 1000))
     left.set_xticks([5, 10, 20, 50, 100, 200, 500, 1000], ["5", "10", "20", "50", "100", "200", "500", "1000"])
     left.minorticks_off()
-    for tau_s, color, marker in zip(LAGS_S, shades(len(LAGS_S)), MARKERS, strict=True):
-        peaks = [stability.peaks[size, tau_s].gain for size in SIZES]
-        right.plot(SIZES, peaks, color=color, marker=marker, markersize=4, label=f"tau = {tau_s:g} s")
+    peaks = {f"tau = {tau_s:g} s": [stability.peaks[size, tau_s].gain for size in SIZES] for tau_s in LAGS_S}
+    marked_curves(right, SIZES, peaks)
     dress(right, "Peak gain", "vehicles per platoon n", "largest gain over all frequencies")
-    right.set_xticks(SIZES)
     for axes in (left, right):
         axes.axhline(1.0, color="0.3", linewidth=0.9, linestyle="--")
         axes.set_ylim(0)
-        axes.legend(fontsize=8, frameon=False)
+        add_legend(axes)
     right.annotate(
         "string-stable up to this line", (SIZES[-1], 1.0), (0, -12), textcoords="offset points", ha="right", fontsize=8
     )
-    figure.suptitle("Speed of a platoon's last vehicle against that of the platoon ahead (k_p = 1, k_d = 5, h = 1.5 s)")
     return figure
 
 

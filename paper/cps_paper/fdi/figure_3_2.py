@@ -12,7 +12,7 @@ from cps_envs.fdi.config import FIG_3_2, FdiConfig
 from cps_paper.exhibit import DASH, Column, ExhibitTable
 from cps_paper.fdi.course import Collision, CollisionCourse, attack_course, pair_name
 from cps_paper.fdi.experiments import FdiEvidence
-from cps_paper.figures import dress, new_figure, shades
+from cps_paper.figures import add_legend, curves, dress, new_figure, shades
 from cps_paper.printed.tables import CollisionRun, collision_runs
 
 ROUGH, FAR = "rough", "far"
@@ -189,8 +189,9 @@ OURS, BACKGROUND = "tab:red", "tab:blue"
 
 def draw_figure(rows: list[FigureRow]) -> Any:
     """All four panels: a, c for the range sensor, b, d for both sensors."""
-    figure = new_figure(11.0, 7.5)
-    panels = figure.subplot_mosaic([["a", "b"], ["c", "d"]])
+    title = "Fig. 3.2 recomputed (preset fig32: k_p 2, k_d 3, dt 0.05 s, Euler); dotted: the paper's collision"
+    figure = new_figure(11.0, 7.5, title)
+    panels = figure.subplot_mosaic("ab;cd")
     for (upper, lower), row in zip((("a", "c"), ("b", "d")), rows, strict=True):
         course, sensors = row.course, SENSORS[row.run.kind]
         _lines(panels[upper], course, course.gap_m)
@@ -202,20 +203,17 @@ def draw_figure(rows: list[FigureRow]) -> Any:
         panels[lower].plot(row.paper.time_s, row.paper.impact_speed_mps, "x", color="black", label="paper, about")
         for panel in (panels[upper], panels[lower]):
             panel.set_xlim(0.0, 1.05 * max(row.paper.time_s, course.time_s[-1]))
-    panels["c"].legend(fontsize=8, frameon=False, loc="upper left")
-    figure.suptitle("Fig. 3.2 recomputed (preset fig32: k_p 2, k_d 3, dt 0.05 s, Euler); dotted: the paper's collision")
+    add_legend(panels["c"], loc="upper left")
     return figure
 
 
 def _lines(axes: Any, course: CollisionCourse, values: FloatArray) -> None:
     """One line per pair; the pairs of the attacked lead stand out."""
-    n = values.shape[1]
-    for pair, color in zip(range(1, BEHIND), shades(BEHIND - 1, 0.35, 0.9), strict=True):
-        label = "pairs 1-2 to 8-9" if pair == BEHIND - 1 else None
-        axes.plot(course.time_s, values[:, pair - 1], color=color, linewidth=0.7, label=label)
-    axes.plot(course.time_s, values[:, BEHIND - 1], color=BACKGROUND, linewidth=1.4, label=f"pair {pair_name(BEHIND)}")
-    label = f"pair {pair_name(n)} (virtual reference)"
-    axes.plot(course.time_s, values[:, n - 1], color=OURS, linewidth=1.4, label=label)
+    others = [None] * (BEHIND - 2) + ["pairs 1-2 to 8-9"]
+    colors = shades(len(others), 0.35, 0.9)
+    curves(axes, course.time_s, values[:, : BEHIND - 1], others, colors, linewidth=0.7)
+    own = [f"pair {pair_name(BEHIND)}", f"pair {pair_name(values.shape[1])} (virtual reference)"]
+    curves(axes, course.time_s, values[:, BEHIND - 1 :], own, (BACKGROUND, OURS), linewidth=1.4)
 
 
 def _said(row: FigureRow) -> str:

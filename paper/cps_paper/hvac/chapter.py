@@ -79,7 +79,7 @@ def _bars(num_sensors: int, *, quick: bool) -> Exhibit[HvacEvidence]:
         f"4.{FIGURES[num_sensors]}",
         f"both defences with {num_sensors} sensors",
         lambda seen: bars_tables(seen, num_sensors),
-        lambda seen: plots.draw_bars(seen, num_sensors),
+        lambda seen: plots.draw_defences(seen, num_sensors),
         lambda seen: bars_data(seen, num_sensors),
         quick=quick,
     )

@@ -10,7 +10,7 @@ import numpy as np
 from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.config import PAPER
-from cps_paper.figures import PURPOSE, dress, new_figure, shades
+from cps_paper.figures import PURPOSE, add_legend, curves, dress, new_figure, shades
 from cps_paper.rogue.course import RogueCourse
 from cps_paper.rogue.experiments import RogueEvidence, swaying_ride
 from cps_paper.rogue.heat_map import (
@@ -36,7 +36,8 @@ STYLES = ("-", "--", ":")
 
 def draw(evidence: RogueEvidence, number: str, defenders: Sequence[str]) -> Any:
     """A column of panels per defender; damage for all frequencies, the rest for DRAWN_HZ."""
-    figure = new_figure(6.4 * len(defenders) + 0.6, 9.0)
+    title = f"Fig. {number} recomputed: square wave of {DRAWN_HZ:g} Hz, equal power, contact `pass`"
+    figure = new_figure(6.4 * len(defenders) + 0.6, 9.0, title)
     panels = figure.subplots(3, len(defenders), sharex=True, sharey="row", squeeze=False)
     for column, defender in zip(panels.T, defenders, strict=True):
         course = evidence.course(defender, DRAWN_HZ)
@@ -45,18 +46,17 @@ def draw(evidence: RogueEvidence, number: str, defenders: Sequence[str]) -> Any:
         _damages(column[2], [evidence.course(defender, each) for each in COURSE_FREQUENCIES_HZ])
         for panel in column[:2]:
             _mark_disbanding(panel, course)
-    panels[0, 0].legend(fontsize=8, frameon=False, ncols=2)
-    panels[1, 0].legend(fontsize=8, frameon=False, ncols=2)
-    panels[2, 0].legend(fontsize=8, frameon=False, title="attack frequency", title_fontsize=8)
-    figure.suptitle(f"Fig. {number} recomputed: square wave of {DRAWN_HZ:g} Hz, equal power, contact `pass`")
+    separations, places, damages = panels[:, 0]
+    add_legend(separations, ncols=2)
+    add_legend(places, ncols=2)
+    add_legend(damages, title="attack frequency")
     return figure
 
 
 def _separations(panel: Any, course: RogueCourse, defender: str) -> None:
-    for pair, color in enumerate(shades(course.separation_m.shape[1])):
-        touches = course.attacker in (pair, pair + 1)
-        label = f"{pair + 1}-{pair + 2}" + (" (attacker)" if touches else "")
-        panel.plot(course.time_s, course.separation_m[:, pair], color=color, linewidth=1.4, label=label)
+    pairs, touching = range(course.separation_m.shape[1]), (course.attacker - 1, course.attacker)
+    names = [f"{pair + 1}-{pair + 2}" + " (attacker)" * (pair in touching) for pair in pairs]
+    curves(panel, course.time_s, course.separation_m, names, linewidth=1.4)
     panel.set_yscale("symlog", linthresh=20.0)
     lowest_m = min(float(course.separation_m.min()), 0.0)
     panel.axhspan(1.5 * lowest_m, course.config.vehicle_length_m, color="0.9", zorder=0)
@@ -80,8 +80,8 @@ def _damages(panel: Any, courses: Sequence[RogueCourse]) -> None:
         panel.plot(course.time_s, course.damage, style, color="0.15", label=f"{frequency_hz:g} Hz")
         _mark_disbanding(panel, course, style)
     panel.set_yscale("symlog", linthresh=10.0)
-    panel.set_ylim(0.0)
-    dress(panel, "Total damage (5.8)", TIME, "D / m", x_limits=(0.0, float(np.max(courses[0].time_s))))
+    x_limits = (0.0, float(np.max(courses[0].time_s)))
+    dress(panel, "Total damage (5.8)", TIME, "D / m", x_limits=x_limits, y_limits=(0.0,))
 
 
 def _mark_disbanding(panel: Any, course: RogueCourse, style: str = "-") -> None:
@@ -96,20 +96,20 @@ SPAN_M = 12.0  # that the figure shows of either error
 
 def draw_sways(evidence: RogueEvidence) -> Any:
     """A panel for each of the attackers: where every vehicle is, beside its place on the reference."""
-    figure = new_figure(12.0, 5.0)
+    title = "Fig. 5.2, qualitatively: ten vehicles by (5.15); crosses: contacts of solid bodies"
+    figure = new_figure(12.0, 5.0, title)
     panels = figure.subplots(1, len(SWAYS), sharey=False, squeeze=False)[0]
     for panel, (attacker, ratio) in zip(panels, SWAYS, strict=True):
         course = evidence[swaying_ride(attacker, ratio)]
         places = course.position_m - course.reference_m[:, np.newaxis]
-        for vehicle, color in enumerate(shades(places.shape[1])):
-            seized = vehicle == course.attacker
-            panel.plot(course.time_s, places[:, vehicle], color=ATTACKER if seized else color, linewidth=1.2)
+        colors = shades(places.shape[1])
+        colors[course.attacker] = ATTACKER
+        curves(panel, course.time_s, places, [None] * len(colors), colors, linewidth=1.2)
         for moment in np.flatnonzero(np.diff(course.damage) > 0) + 1:
             pair = int(np.argmax(course.pair_damage[moment] - course.pair_damage[moment - 1]))
             panel.plot(course.time_s[moment], places[moment, pair : pair + 2].mean(), "kx", markersize=8)
         title = "gains of (5.15)" if attacker != SWAYS[-1][0] else f"k_d reversed, power ratio {ratio:g}"
         dress(panel, f"Attacker (red) after a kick: {title}", TIME, "behind the leader's reference / m")
-    figure.suptitle("Fig. 5.2, qualitatively: ten vehicles by (5.15); crosses: contacts of solid bodies")
     return figure
 
 
@@ -126,11 +126,10 @@ def draw_circles(evidence: RogueEvidence) -> Any:
     for errors, color in zip(followers(course), COLORS, strict=True):
         label = f"vehicle {errors.vehicle + 1} follows the attacker"
         panel.plot(errors.position_m, errors.speed_mps, color=color, linewidth=1.2, label=label)
-    panel.set_ylim(-SPAN_M, SPAN_M)
     panel.set_aspect("equal")
-    panel.legend(fontsize=8, frameon=False, loc="upper right")
     title = f"Fig. 5.4 with errors: {TITLES[CIRCLED]}, {DRAWN_HZ:g} Hz, from alarm to disbanding"
-    dress(panel, title, "e / m", "d / (m/s)", x_limits=(-SPAN_M, SPAN_M))
+    span = (-SPAN_M, SPAN_M)
+    dress(panel, title, "e / m", "d / (m/s)", x_limits=span, y_limits=span, legend={"loc": "upper right"})
     return figure
 
 
@@ -145,7 +144,9 @@ def draw_maps(evidence: RogueEvidence) -> Any:
     colors = require("matplotlib.colors", extra="baselines", purpose=PURPOSE)
     maps = {figure: evidence.map(defender) for figure, defender in MAPS.items()}
     scale = colors.PowerNorm(EXPONENT, 0.0, max(each.highest for each in maps.values()))
-    figure = new_figure(13.0, 7.0)
+    meaning, selected = MEANING[evidence.contact], "; selected configuration" if evidence.contact == PASS else ""
+    title = f"Figs. 5.6 to 5.11 recomputed, contact `{evidence.contact}`: {meaning}{selected}"
+    figure = new_figure(13.0, 7.0, title)
     panels = figure.subplots(2, 3, sharex=True, sharey=True)
     for panel, (number, heat_map) in zip(panels.flat, maps.items(), strict=True):
         image = _draw_map(panel, number, heat_map, scale, CONTACTS[evidence.contact])
@@ -156,8 +157,6 @@ def draw_maps(evidence: RogueEvidence) -> Any:
     panels[0, 0].legend(fontsize=8, loc="lower right", title="collision line", title_fontsize=8)
     bar = figure.colorbar(image, ax=panels, shrink=0.8)
     bar.set_label(f"total damage after {PAPER.duration_s:g} s / {CONTACTS[evidence.contact]}")
-    meaning, selected = MEANING[evidence.contact], "; selected configuration" if evidence.contact == PASS else ""
-    figure.suptitle(f"Figs. 5.6 to 5.11 recomputed, contact `{evidence.contact}`: {meaning}{selected}")
     return figure
 
 
