@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, near
-from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State, ask, begins, begun
@@ -37,15 +35,13 @@ class Family:
     """Policies of one role that differ in their numbers only.
 
     `build(spec, values)` makes a policy that plays episode b of a batch by row b of `values` (B, k), in the order of
-    `numbers`. `loop(config, num_envs, values)` may make a game in which that policy plays its role by itself, which
-    saves the way through Python; the episodes have to be the same.
+    `numbers`.
     """
 
     problem: str
     role: Role
     numbers: tuple[Number, ...]
     build: Callable[[RoleSpec, FloatArray], Policy]
-    loop: Callable[[Any, int, FloatArray], Game] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -78,16 +74,8 @@ def play_family(
     family: Family, problem: Problem, config: Any, opponent: PolicyReference, values: FloatArray, seeds: Sequence[int]
 ) -> dict[str, Array]:
     """One episode per seed by the numbers in its row of `values` (B, k), see `core.play.play_episodes`."""
-    rival = other(family.role)
-    if family.loop is not None:
-        looped = replace(problem, game=partial(_looped, family.loop, values))
-        return play_episodes(looped, config, {rival: opponent}, seeds)
     policy = Members(problem.game(config, 1).spec(family.role), family, values)
-    return play_episodes(problem, config, {family.role: policy, rival: opponent}, seeds)
-
-
-def _looped(loop: Callable[[Any, int, FloatArray], Game], values: FloatArray, config: Any, num_envs: int) -> Game:
-    return loop(config, num_envs, values)
+    return play_episodes(problem, config, {family.role: policy, other(family.role): opponent}, seeds)
 
 
 class Members(AnalyticPolicy):

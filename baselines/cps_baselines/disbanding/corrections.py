@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
 from cps_envs.core.kernels import Record, borrowed, fill, inlined, kernel, lend, pack, unpack
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -133,7 +134,7 @@ def renew_alarms(row: Observation, layout: Layout, w: ActionTrigger, slow_mps: f
     """Bring the alarms (M,) in s up to what is seen now."""
     at, scale, ahead = layout.offsets[0], layout.scale, False
     for q in range(alarms.size):
-        slow = decoded(row, scale, at.speed + q) < slow_mps
+        slow = decode_entry(row, scale, at.speed + q) < slow_mps
         alarms[q] = w.hold_s if slow or ahead else max(alarms[q] - w.step_s, 0.0)
         ahead = slow
 
@@ -144,23 +145,17 @@ def mark_told(row: Observation, layout: Layout, w: ActionTrigger, reasons: BoolA
     at, scale, size = layout.offsets[0], layout.scale, w.vehicles_per_platoon
     if at.record_age_s > at.warned:
         for q in range(size, reasons.size):
-            reasons[q] = reasons[q] or decoded(row, scale, at.warned + q - size) > HALF
+            reasons[q] = reasons[q] or decode_entry(row, scale, at.warned + q - size) > HALF
         return
     platoons, told = count_present(row, at, scale), False
     for entry in range(at.disbanded, at.ahead_speed):
-        told = told or (not w.everywhere and decoded(row, scale, entry) > HALF)
+        told = told or (not w.everywhere and decode_entry(row, scale, entry) > HALF)
     for platoon in range(reasons.size // size):
         i = platoons - 1 - platoon
-        disbanded = i >= 0 and decoded(row, scale, at.disbanded + i) > HALF
+        disbanded = i >= 0 and decode_entry(row, scale, at.disbanded + i) > HALF
         for q in range(platoon * size, (platoon + 1) * size):
             reasons[q] = reasons[q] or (told and not (w.everywhere and disbanded))
         told = told or disbanded
-
-
-@inlined
-def decoded(row: Observation, scale: FloatArray, entry: int) -> float:
-    """An entry of an observation in its unit."""
-    return float(row[entry] * scale[1, entry] + scale[0, entry])
 
 
 @inlined
@@ -177,14 +172,14 @@ def look(row: Observation, layout: Layout, reasons: BoolArray, sight: Sight) -> 
     vehicles = sight.speed.size
     first = vehicles - (at.warned - at.mitigable)
     for q in range(vehicles):
-        sight.speed[q] = decoded(row, scale, at.speed + q)
-        sight.acceleration[q] = decoded(row, scale, at.acceleration + q)
-        sight.law_command[q] = decoded(row, scale, at.law_command + q)
+        sight.speed[q] = decode_entry(row, scale, at.speed + q)
+        sight.acceleration[q] = decode_entry(row, scale, at.acceleration + q)
+        sight.law_command[q] = decode_entry(row, scale, at.law_command + q)
     for q in range(1, vehicles):
-        sight.gap[q] = decoded(row, scale, at.gap + q - 1)
-        sight.relative_speed[q] = decoded(row, scale, at.relative_speed + q - 1)
+        sight.gap[q] = decode_entry(row, scale, at.gap + q - 1)
+        sight.relative_speed[q] = decode_entry(row, scale, at.relative_speed + q - 1)
     for q in range(first, vehicles):
-        sight.mitigable[q] = reasons[q] and decoded(row, scale, at.mitigable + q - first) > HALF
+        sight.mitigable[q] = reasons[q] and decode_entry(row, scale, at.mitigable + q - first) > HALF
     if at.record_age_s > at.warned:
         read_records(row, layout, sight)
     else:
@@ -198,11 +193,11 @@ def read_records(row: Observation, layout: Layout, sight: Sight) -> None:
     first = sight.speed.size - (at.record_age_s - at.warned)
     for q in range(1, sight.speed.size):
         i = q - first
-        if i >= 0 and decoded(row, scale, at.warned + i) > HALF:
-            sight.ahead_speed[q] = decoded(row, scale, at.ahead_speed + i)
-            sight.ahead_acceleration[q] = decoded(row, scale, at.ahead_acceleration + i)
-            sight.ahead_command[q] = decoded(row, scale, at.ahead_command + i)
-            sight.age_s[q] = decoded(row, scale, at.record_age_s + i)
+        if i >= 0 and decode_entry(row, scale, at.warned + i) > HALF:
+            sight.ahead_speed[q] = decode_entry(row, scale, at.ahead_speed + i)
+            sight.ahead_acceleration[q] = decode_entry(row, scale, at.ahead_acceleration + i)
+            sight.ahead_command[q] = decode_entry(row, scale, at.ahead_command + i)
+            sight.age_s[q] = decode_entry(row, scale, at.record_age_s + i)
         else:
             suppose(sight, q)
 
@@ -226,9 +221,9 @@ def read_broadcast(row: Observation, layout: Layout, sight: Sight) -> None:
         suppose(sight, q)
     for platoon in range(1, platoons):
         i = platoons - 1 - platoon
-        told = told or decoded(row, scale, at.disbanded + i + 1) > HALF
-        speed, acceleration = decoded(row, scale, at.ahead_speed + i), decoded(row, scale, at.ahead_acceleration + i)
-        command = decoded(row, scale, at.ahead_command + i)
+        told = told or decode_entry(row, scale, at.disbanded + i + 1) > HALF
+        speed, command = decode_entry(row, scale, at.ahead_speed + i), decode_entry(row, scale, at.ahead_command + i)
+        acceleration = decode_entry(row, scale, at.ahead_acceleration + i)
         for q in range(platoon * size, (platoon + 1) * size):
             if told:
                 sight.ahead_speed[q], sight.ahead_acceleration[q], sight.ahead_command[q] = speed, acceleration, command
@@ -242,7 +237,7 @@ def count_present(row: Observation, at: Record, scale: FloatArray) -> int:
     """How many platoons there are: all, unless their number is drawn and seen."""
     count = 0
     for entry in range(at.present, at.time_s):
-        count += decoded(row, scale, entry) > HALF
+        count += decode_entry(row, scale, entry) > HALF
     return count if at.time_s > at.present else at.ahead_speed - at.disbanded
 
 

@@ -10,14 +10,12 @@ import numpy as np
 from cps_baselines.disbanding.feedback import SHAPE as WEIGHTS
 from cps_baselines.disbanding.feedback import SIGNALS, LinearFeedback
 from cps_baselines.disbanding.replanning import Numbers, Replanning
-from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, StringLoop, shipped_gains
+from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
 from cps_baselines.family import Family, Number
 from cps_baselines.searched import built
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import FloatArray
-from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.problem import DISBANDING
 
 VEHICLES = ("leader", "other")
 BROADCAST_ONLY = ("ahead_closing", "ahead_acceleration", "ahead_command")
@@ -97,18 +95,10 @@ def _local(spec: RoleSpec, values: FloatArray) -> StringController:
     return StringController(spec, form="local", gains=gains, detection_mps=ALWAYS)
 
 
-def _broadcast_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
-    return StringLoop(config, num_envs, _broadcast(DISBANDING.game(config, 1).spec("defender"), values))
-
-
-def _local_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
-    return StringLoop(config, num_envs, _local(DISBANDING.game(config, 1).spec("defender"), values))
-
-
 # Acts on a warning that is never lost or old, as that of the dissertation.
-BROADCAST = Family("disbanding", "defender", _gains(WARNED, AGE), _broadcast, _broadcast_loop)
+BROADCAST = Family("disbanding", "defender", _gains(WARNED, AGE), _broadcast)
 # Needs no warning, as it acts at all times; each vehicle knows itself, and what its predecessor does and commands.
-LOCAL = Family("disbanding", "defender", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local, _local_loop)
+LOCAL = Family("disbanding", "defender", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local)
 
 # Acts on a warning that comes late or never, and on its own detection; the search starts at the numbers of `string`.
 WARNED_GAINS, WARNED_DETECTION_MPS = shipped_gains("warned")
@@ -125,11 +115,7 @@ def _radio(spec: RoleSpec, values: FloatArray) -> StringController:
     return policy
 
 
-def _radio_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
-    return StringLoop(config, num_envs, _radio(DISBANDING.game(config, 1).spec("defender"), values))
-
-
-RADIO = Family("disbanding", "defender", RADIO_NUMBERS, _radio, _radio_loop)
+RADIO = Family("disbanding", "defender", RADIO_NUMBERS, _radio)
 
 
 def _feedback(spec: RoleSpec, values: FloatArray) -> LinearFeedback:

@@ -2,50 +2,25 @@
 
 It sets the gap itself instead of correcting towards x_d: what is to be found is how closely vehicles may follow one
 another behind human drivers, and how much of what the warning says to use.
-
-For searches that play it thousands of times the whole closed loop is one kernel. Physics, observation and controller
-are the functions of the game and of the policy, in the order of a match, so that the episodes are those of a match.
-What is saved is the way through Python at every decision.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from cps_baselines.disbanding.corrections import (
-    HOLD_S,
-    ActionTrigger,
-    Corrections,
-    Layout,
-    Sight,
-    decoded,
-    look,
-    mark_reasons,
-    sight_for,
-)
+from cps_baselines.disbanding.corrections import HOLD_S, Corrections, Layout, Sight, look, sight_for
 from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.fields import encode_row
-from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, lend, record_type, unpack, view
-from cps_envs.core.policy import Generators, RoleSpec
+from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, record_type, unpack
+from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.disbanding.attack import disband
-from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.dynamics import advance_episode, command_by_law
-from cps_envs.disbanding.events import advance_eventfully
-from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.observation import fill_defender
-from cps_envs.disbanding.payoff import Rules
-from cps_envs.disbanding.state import Constants, State
-from cps_envs.disbanding.turn import Account, settle
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 
 
 class Gains(NamedTuple):
@@ -183,101 +158,3 @@ def follow(sight: Sight, q: int, g: Gains, tau_s: float, desired_speed_mps: floa
 def local(spec: RoleSpec, detection_mps: float | None = None, hold_s: float = HOLD_S) -> StringController:
     """Plays `string` without radio: jamming cannot harm it, but it relies on its own detection alone."""
     return StringController(spec, form="local", detection_mps=detection_mps, hold_s=hold_s)
-
-
-class StringLoop(DisbandingGame):
-    """The disbanding game in which `string` is the defender by itself; let a match play the attacker alone.
-
-    `table` and `slow_mps` of the policy have one set of numbers for all episodes, or one per episode.
-    """
-
-    def __init__(self, config: DisbandingConfig, num_envs: int, policy: StringController) -> None:
-        super().__init__(config, num_envs)
-        self._alarms = np.zeros((num_envs, config.max_vehicles))
-        self._policy = policy
-
-    def unplayed(self, num_envs: int) -> DisbandingGame:
-        """Planners bring a defender of their own."""
-        return DisbandingGame(self.config, num_envs)
-
-    def _reset(self, envs: BoolArray, generators: Generators) -> None:
-        super()._reset(envs, generators)
-        self._alarms[envs] = 0.0
-
-    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
-        targets, before = actions.get("attacker", self._waiting), self._account.total.copy()
-        p = self._policy
-        seen, numbers = (p.layout, p.watch, p.slow_mps), (p.table, p.limit_mps2)
-        drive(*self._known, targets, *seen, *numbers, self._alarms, envs, num_steps)
-        if self.config.on_collision == "end":
-            self.terminated |= self.state.collided_intact.any(axis=1)
-        return self._account.total - before
-
-
-@kernel
-def drive(
-    state: State,
-    constants: Array,
-    account: Account,
-    metrics: Array,
-    rules: Array,
-    targets: IntArray,
-    layout: Layout,
-    watch: Array,
-    slow_mps: FloatArray,
-    gains: Array,
-    limit_mps2: float,
-    alarms: FloatArray,
-    envs: BoolArray,
-    num_periods: int,
-) -> None:
-    """Disband `targets` (B,) where legal, and drive marked environments through control periods, see `turn.step`.
-
-    The defender decides before it can know of an attack of the same moment, as in a match.
-    """
-    r, w, vehicles = unpack(Rules, rules, 0), unpack(ActionTrigger, watch, 0), alarms.shape[1]
-    sight, reasons, room = sight_for(vehicles), np.zeros(vehicles, np.bool_), np.empty((4, vehicles))
-    row, encoded = np.empty(layout.scale.shape[1]), np.empty(layout.scale.shape[1], np.float32)
-    for b in range(envs.size):
-        if envs[b]:
-            episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)
-            mine, slow, seen = 2 * (b % (gains.size // 2)), slow_mps[b % slow_mps.size], lend(layout)
-            leader, other = unpack(Gains, gains, mine), unpack(Gains, gains, mine + 1)
-            gap, closing, law, correction = room[0], room[1], room[2], room[3]
-            for period in range(num_periods):
-                command_by_law(episode, c, gap, closing, law)
-                fill(row, 0.0)
-                fill_defender(episode, c, gap, closing, law, borrowed(metrics)[b], row, seen.offsets[0])
-                encode_row(row, seen.scale, encoded)
-                mark_reasons(encoded, seen, w, slow, borrowed(alarms)[b], reasons)
-                decide(encoded, seen, reasons, sight, leader, other, w, c, limit_mps2, correction)
-                if period == 0:
-                    disband(episode, c, targets[b], own.budget, own.legal)
-                if r.eventful:
-                    advance_eventfully(episode, c, correction, closing, c.period_steps)
-                else:
-                    advance_episode(episode, c, correction, closing, c.period_steps)
-            settle(episode, c, own, borrowed(metrics)[b], r)
-
-
-@inlined
-def decide(
-    encoded: Observation,
-    layout: Layout,
-    reasons: BoolArray,
-    sight: Sight,
-    leader: Gains,
-    other: Gains,
-    w: ActionTrigger,
-    c: Constants,
-    limit_mps2: float,
-    correction: FloatArray,
-) -> None:
-    """Fill the corrections (M,) in m/s2 that the policy's actions stand for, given its observation."""
-    fill(correction, 0.0)
-    look(encoded, layout, reasons, sight)
-    tau_s = decoded(encoded, layout.scale, layout.offsets[0].tau_s)
-    road = (c.vehicles_per_platoon, tau_s, c.desired_speed_mps, limit_mps2)
-    follow_all(sight, leader, other, road, w.heeds_warning, correction)
-    for q in range(correction.size):
-        correction[q] = limit_mps2 * clip(correction[q] / limit_mps2, -1.0, 1.0)
