@@ -22,22 +22,8 @@ from cps_agents.files import DRAFTS, replacing
 from cps_envs.core.errors import require
 from cps_envs.core.game import Game
 from cps_envs.core.generators import seeded
-from cps_envs.core.match import Match
-from cps_envs.core.policy import (
-    AnalyticPolicy,
-    Generators,
-    Knowledge,
-    Policy,
-    RoleSpec,
-    State,
-    ask,
-    begun,
-    is_decentralised,
-    takes_masks,
-)
 from cps_envs.core.problem import Problem
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import ROLES, SIGN, Array, BoolArray, Role, other
+from cps_envs.core.types import ROLES, SIGN, BoolArray, Role, other
 
 NUM_ENVS = 64  # episodes that are played at once
 BLOCK_BYTES = 1 << 20
@@ -171,18 +157,17 @@ def _record(
     problem: Problem, config: Any, role: Role, players: Mapping[Role, str], seeds: Sequence[int]
 ) -> list[dict[str, Any]]:
     """What Minari keeps of each environment's episode."""
-    game = problem.game(config, len(seeds))
-    witness = Witness(game.spec(role), problem.policy(players[role], game, role))
-    rival = other(role)
-    match = Match(game, {role: witness, rival: problem.policy(players[rival], game, rival)})
+    match = problem.match(config, len(seeds), players)
+    game, kind = match.game, match.game.action_space[role].dtype
     match.reset(np.ones(len(seeds), np.bool_), seeded(seeds))
     episodes = [_empty() for _ in seeds]
     _look(game, role, episodes, np.ones(len(seeds), np.bool_))
     while (active := (game.elapsed < game.horizon) & ~game.terminated).any():
         payoff = match.step({}, active, game.decision_interval[role])
-        for row, b in enumerate(np.flatnonzero(active).tolist()):
+        actions = match.action(role).astype(kind)
+        for b in np.flatnonzero(active).tolist():
             episode = episodes[b]
-            episode["actions"].append(witness.actions[row])
+            episode["actions"].append(actions[b])
             episode["rewards"].append(float(SIGN[role] * payoff[b]))
             episode["terminations"].append(bool(game.terminated[b] or game.elapsed[b] >= game.horizon))
             episode["truncations"].append(False)
@@ -204,24 +189,3 @@ def _look(game: Game, role: Role, episodes: Sequence[dict[str, Any]], envs: Bool
             infos.setdefault(name, []).append(values.item(b))
         if mask is not None:
             infos.setdefault("action_mask", []).append(mask[b].astype(np.int8))
-
-
-class Witness(AnalyticPolicy):
-    """Plays as another policy does and remembers its last actions."""
-
-    def __init__(self, spec: RoleSpec, policy: Policy) -> None:
-        super().__init__(spec)
-        self._policy = policy
-        self.actions: Array = np.empty(0)
-        self.masked, self.decentralised = takes_masks(policy), is_decentralised(policy)
-        self.privileged = getattr(policy, "privileged", frozenset())
-
-    def begin(self, generators: Generators, knowledge: Knowledge) -> State | None:
-        """The policy's own."""
-        return begun(self._policy, generators, knowledge)
-
-    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
-        """What the policy plays, remembered."""
-        actions, state = ask(self._policy, seen, state)
-        self.actions = np.asarray(actions).astype(self.spec.action_space.dtype)
-        return actions, state
