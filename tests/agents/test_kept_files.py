@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +18,14 @@ from cps_agents.files import replacing, write_text
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.run import Run
+from cps_agents.learning.run import TrainingJob
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A
 from tests.agents.command_line import invoke
 
 VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
-RUN = Run(Path(), Recipe(name="tiny", problem="rogue", role="attacker"), 0, "cps-envs train")
+RUN = TrainingJob(Recipe(name="tiny", problem="rogue", role="attacker"), 0, Path(), "cps-envs train")
 ROW = {
     "task": "x4>4",
     "gains": [1.0, 3.0],
@@ -74,12 +75,12 @@ def iteration() -> dict[str, Any]:
 
 
 def read_run(path: Path) -> None:
-    Run(path.parent, RUN.recipe, RUN.seed, RUN.command).read()
+    replace(RUN, folder=path.parent).read()
 
 
 def read_evaluations(path: Path) -> None:
     path.rename(path.parent / "evaluations.jsonl")
-    list(Run(path.parent, RUN.recipe, RUN.seed, RUN.command).evaluations())
+    list(replace(RUN, folder=path.parent).evaluations())
 
 
 KINDS: dict[str, tuple[str, Callable[[], Any], Callable[[Path], object]]] = {

@@ -27,7 +27,7 @@ from cps_agents.league.league import asked, play_league
 from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue, usual_recipe
 from cps_agents.league.report import document
 from cps_agents.league.response import Budget, Question, Response, Responses, against, limited, respond
-from cps_agents.league.search_job import SearchJob
+from cps_agents.league.search import SearchJob
 from cps_agents.league.strategy import mix, strategy_of
 from cps_agents.league.venues import merged, venue_against
 from cps_agents.learning import learner

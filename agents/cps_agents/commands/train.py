@@ -134,7 +134,7 @@ def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str
     name = runs[0].recipe.name
     results = train_all(runs, workers, name)
     if ship is not None:
-        merge([job.run.card for job in runs], ship / f"{name}.json")
+        merge([job.card for job in runs], ship / f"{name}.json")
         err().print(f"Written: {ship / name}.json and {name}.safetensors", soft_wrap=True)
     return {
         "recipe": name,

@@ -16,9 +16,9 @@ from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.meetings import play_table
 from cps_agents.league.oracles import Oracle
-from cps_agents.league.search_job import SearchJob
+from cps_agents.league.search import SearchJob
 from cps_agents.league.strategy import Strategy
-from cps_agents.league.venues import decisions, forms_of, venue_of
+from cps_agents.league.venues import decisions, forms_of
 from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
@@ -179,7 +179,7 @@ def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None) -> Re
     timed = recipe if cpu_s is None else replace(recipe, most_cpu_s=float(cpu_s))
     if steps is None:
         return timed
-    per_step = decisions(venue_of(recipe), recipe.role) if recipe.algorithm == SEARCH else 1
+    per_step = decisions(recipe.venue, recipe.role) if recipe.algorithm == SEARCH else 1
     return replace(timed, total_steps=max(steps // per_step, 1))
 
 
@@ -242,7 +242,7 @@ def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) 
         for seed in budget.training_seeds
     ]
     runs = train_all(jobs, budget.workers, title)
-    unit = decisions(venue_of(recipe), recipe.role) if recipe.algorithm == SEARCH else 1  # of its steps
+    unit = decisions(recipe.venue, recipe.role) if recipe.algorithm == SEARCH else 1  # of its steps
     return [
         Response(name, job.seed, f"{PREFIX}{job.folder}", int(run["steps"]) * unit, float(run["cpu_s"]))
         for job, run in zip(jobs, runs, strict=True)

@@ -1,45 +1,88 @@
-"""Searching the numbers of a policy with CMA-ES, within a budget of CPU time."""
+"""Searching the numbers of a policy with CMA-ES, within a budget of CPU time: work that is kept once it is done."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
+from cps_agents.arena.meeting import InVenue, Result
 from cps_agents.zoo.references import form_of
-from cps_baselines.arena import Venue
 from cps_baselines.evolution import Evolution
 from cps_baselines.searches import SearchSpace
 from cps_envs.core.config import configure
-from cps_envs.core.errors import require
+from cps_envs.core.documents import Entry
+from cps_envs.core.errors import ConfigurationError, require
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 from cps_envs.registration import find_problem
 
 STEP = 0.3  # first standard deviation, of a range
 FINALISTS = 6  # candidates that are compared once more at the end, on the same fresh episodes
 FINAL_SHARE = 0.2  # of the budget that is kept for them
+REFUSED = -1e9  # the score of a candidate that cannot play
 
 Judge = Callable[[str, Sequence[int]], FloatArray]  # a policy's scores on some seeds, (E,); more is better
 
 
-def judge_in(venue: Venue, role: Role, rivals: Sequence[str]) -> Judge:
-    """Scores of a role's policies against rivals: what the role is paid, the mean over the rivals, (E,)."""
-    from cps_envs.core.play import play_episodes
+@dataclass(frozen=True)
+class SearchJob(InVenue):
+    """A policy of the role whose numbers are searched against one opponent."""
 
-    problem, config = find_problem(venue.problem), venue.config
-    configs = {rival: configure(config, form_of(rival, config)) for rival in rivals}
+    kind: ClassVar[str] = "answer"
+    role: Role
+    opponent: str  # reference
+    search: SearchSpace
+    budget_s: float  # CPU time
+    episodes: int  # of a candidate
+    most_episodes: int  # of all candidates; 0: as many as the time allows
+    first_seed: int
+    sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
 
-    def scores(policy: str, seeds: Sequence[int]) -> FloatArray:
-        paid = [
-            play_episodes(problem, configs[rival], {role: policy, other(role): rival}, seeds)["return"]
-            for rival in rivals
-        ]
-        found: FloatArray = SIGN[role] * np.mean(paid, axis=0)
+    @property
+    def label(self) -> str:
+        """Its name in progress bars."""
+        return self.search.name
+
+    @cached_property
+    def config(self) -> Any:
+        """The configuration, in the form that the opponent has learned."""
+        config = self.venue.config
+        return configure(config, form_of(self.opponent, config))
+
+    def run(self) -> Result:
+        """What the search found: `policy`, `score`, `candidates`, `episodes`."""
+        found = run_search(self.search, self.judge, self.budget_s, self.episodes, self.first_seed, self.most_episodes)
+        if found.score <= REFUSED:
+            self.paid(found.policy, [self.first_seed])  # says why nobody can play
+        return asdict(found)
+
+    def paid(self, policy: str, seeds: Sequence[int]) -> FloatArray:
+        """What a policy of the role is paid on some seeds, (E,)."""
+        from cps_envs.core.play import play_episodes
+
+        players = {self.role: policy, other(self.role): self.opponent}
+        found: FloatArray = (
+            SIGN[self.role] * play_episodes(find_problem(self.problem), self.config, players, seeds)["return"]
+        )
         return found
 
-    return scores
+    def judge(self, policy: str, seeds: Sequence[int]) -> FloatArray:
+        """`paid`; the worst candidates are those that the configuration refuses: a platoon that is not there."""
+        try:
+            return self.paid(policy, seeds)
+        except ConfigurationError:
+            return np.full(len(seeds), REFUSED)
+
+    def check(self, result: Entry) -> None:
+        """A reference with what it was paid and what it took."""
+        result["policy"].text()
+        result["score"].number()
+        for name in ("candidates", "episodes", "cpu_s"):
+            result[name].number(0)
 
 
 @dataclass(frozen=True)

@@ -22,17 +22,12 @@ def venue_against(strategy: Strategy, usual: Recipe, preset: str | None, overrid
         return Venue(usual.problem, preset, dict(overrides))
     if cards:
         return Venue(usual.problem, cards[0].preset, {**cards[0].overrides, **overrides})
-    return venue_of(usual).changed(overrides)
-
-
-def venue_of(recipe: Recipe) -> Venue:
-    """The configuration that a recipe trains in."""
-    return Venue(recipe.problem, recipe.preset, dict(recipe.overrides))
+    return usual.venue.changed(overrides)
 
 
 def form_of_recipe(recipe: Recipe, venue: Venue) -> dict[str, Any]:
     """The overrides that let a recipe's role see and act in a venue as the recipe has it; what the venue sets stays."""
-    own, there = venue_of(recipe).config, venue.config
+    own, there = recipe.venue.config, venue.config
     names = [name for name in form_fields(own, recipe.role) if name not in venue.overrides]
     return {name: getattr(own, name) for name in names if getattr(own, name) != getattr(there, name)}
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from cps_agents.files import alone_in
 from cps_agents.learning.recipe import SEARCH
-from cps_agents.learning.run import FINISHED, Report, TrainingJob, check_resumable
+from cps_agents.learning.run import FINISHED, Report, TrainingJob
 from cps_agents.progress import Progress
 from cps_baselines.interruption import ending
 from cps_baselines.workers import Workers
@@ -27,17 +27,17 @@ def learn(job: TrainingJob, report: Report = lambda steps, note: None) -> dict[s
         MissingExtraError: what the algorithm needs is not installed.
     """
     with alone_in(job.folder), ending():
-        before = job.run.read()
+        before = job.read()
         if before.get("status") == FINISHED:
-            job.run.check_same()
+            job.check_same()
             return before
-        check_resumable(job)
+        job.check_resumable()
         if job.recipe.algorithm == SEARCH:
             from cps_agents.learning.search import search as train
         else:
             from cps_agents.learning.shared import train
         train(job, report)
-        return job.run.read()
+        return job.read()
 
 
 POLL_EVERY_S = 1.0
@@ -86,7 +86,7 @@ def _watching(jobs: Sequence[TrainingJob], progress: Progress) -> Iterator[None]
 def _state(jobs: Sequence[TrainingJob]) -> tuple[int, list[str]]:
     done, notes = 0, []
     for job in jobs:
-        found, budget = job.run.read(), job.recipe.budget
+        found, budget = job.read(), job.recipe.budget
         done += min(int(found.get("done", found.get("steps", 0))), budget)
         if found.get("best_score") is not None:
             notes.append(f"seed {job.seed}: best {found['best_score']:.3g}")

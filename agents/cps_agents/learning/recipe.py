@@ -13,8 +13,10 @@ from typing import Any
 
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
+from cps_baselines.arena import Venue
 from cps_envs.core.errors import near
-from cps_envs.core.types import SIGN, Array, FloatArray, Role
+from cps_envs.core.types import SIGN, Array, FloatArray, Role, other
+from cps_envs.registration import find_problem
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,16 @@ class Recipe:
             raise CommandError("discount has to lie in (0, 1], learning_rate above 0")
         if len(set(self.hidden)) != 1 or len(self.hidden) != 2:
             raise CommandError(f"the network has two hidden layers of one size, not {list(self.hidden)}")
+
+    @property
+    def venue(self) -> Venue:
+        """The configuration that the policy trains in."""
+        return Venue(self.problem, self.preset, dict(self.overrides))
+
+    @property
+    def rival(self) -> str:
+        """Whom it trains against: the opponent, or the preset's own one."""
+        return self.opponent or find_problem(self.problem).opponents[self.preset][other(self.role)]
 
     @property
     def budget(self) -> int:

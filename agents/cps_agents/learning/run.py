@@ -29,17 +29,20 @@ Report = Callable[[int, str], None]  # how much of `Recipe.budget` is done, a no
 
 
 @dataclass(frozen=True)
-class Run:
-    """A training run and its folder.
+class TrainingJob:
+    """A recipe, a seed, and the folder of their run; plain data that any process can do.
 
-    `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `policy.json` and `policy.safetensors` (the
-    best so far by validation), a checkpoint to go on from, and what a tracker writes, such as `tensorboard/`.
+    The folder holds `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `policy.json` and
+    `policy.safetensors` (the best so far by validation), a checkpoint to go on from, and what a tracker writes, such as
+    `tensorboard/`.
     """
 
-    folder: Path
     recipe: Recipe
     seed: int
+    folder: Path
     command: str
+    resume: bool = False
+    tracker: str = "tensorboard"
 
     @property
     def card(self) -> Path:
@@ -101,9 +104,25 @@ class Run:
                 "--out, or delete it."
             )
 
+    def check_resumable(self) -> None:
+        """Whether the job may begin, or go on.
+
+        Raises:
+            CommandError: there is another run in the folder, or an unfinished one that nobody asked to go on with.
+            DamagedFileError: `run.json` is damaged.
+        """
+        self.check_same()
+        if self.read().get("steps") and not self.resume:
+            raise CommandError(f"{self.folder} holds an unfinished run: continue with --resume, or delete it")
+
+    def start_tracker(self) -> RunTracker:
+        """What its curves are told to."""
+        name = f"{self.recipe.name}-seed-{self.seed}"
+        return make_tracker(self.tracker, TrackedRun(name, self.recipe.name, self.folder, knobs_of(self.recipe)))
+
 
 def _check(found: Entry) -> None:
-    """Check that a run's folder holds what others read from it, as `Run.write` wrote it."""
+    """Check that a run's folder holds what others read from it, as `TrainingJob.write` wrote it."""
     found["recipe"].entries()
     found["seed"].whole(0, MOST_STEPS)
     found["status"].text((RUNNING, INTERRUPTED, FINISHED))
@@ -115,53 +134,18 @@ def _check(found: Entry) -> None:
             number.number()
 
 
-@dataclass(frozen=True)
-class TrainingJob:
-    """A recipe, a seed, and where its run goes; plain data that any process can do."""
-
-    recipe: Recipe
-    seed: int
-    folder: Path
-    command: str
-    resume: bool = False
-    tracker: str = "tensorboard"
-
-    @property
-    def run(self) -> Run:
-        """The run's folder."""
-        return Run(self.folder, self.recipe, self.seed, self.command)
-
-    @property
-    def subject(self) -> TrackedRun:
-        """What a tracker is told of it."""
-        return TrackedRun(f"{self.recipe.name}-seed-{self.seed}", self.recipe.name, self.folder, knobs_of(self.recipe))
-
-
-def check_resumable(job: TrainingJob) -> None:
-    """Whether a job may begin, or go on.
-
-    Raises:
-        CommandError: there is another run in the folder, or an unfinished one that nobody asked to go on with.
-        DamagedFileError: `run.json` is damaged.
-    """
-    job.run.check_same()
-    if job.run.read().get("steps") and not job.resume:
-        raise CommandError(f"{job.folder} holds an unfinished run: continue with --resume, or delete it")
-
-
 @contextmanager
 def recording(job: TrainingJob) -> Iterator[RunTracker]:
     """Says that the run is running, and at the end that it is finished, or interrupted; gives its tracker."""
-    run, before = job.run, job.run.read()
-    tracker = make_tracker(job.tracker, job.subject)
+    before, tracker = job.read(), job.start_tracker()
     try:
         started = before.get("started", time.time())
-        run.write(status=RUNNING, versions=versions(), started=started)
+        job.write(status=RUNNING, versions=versions(), started=started)
         yield tracker
-        run.write(status=FINISHED)
+        job.write(status=FINISHED)
     except BaseException:
         with suppress(OSError):  # of a full disk, which is what has to be told
-            run.write(status=INTERRUPTED)
+            job.write(status=INTERRUPTED)
         raise
     finally:
         tracker.close()

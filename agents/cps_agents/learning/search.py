@@ -7,26 +7,24 @@ search distribution, which the chance of a generation's episodes moves less than
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
-from cps_agents.learning.run import Report, Run, TrainingJob, recording
+from cps_agents.learning.run import Report, TrainingJob, recording
 from cps_agents.learning.tracking import RunTracker
-from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
-from cps_agents.zoo.fitting import count_actions
-from cps_agents.zoo.numbers import NamedNumbers
+from cps_agents.zoo.numbers import NamedNumbers, card_of_numbers
 from cps_baselines.evolution import Evolution
 from cps_baselines.family import Family, find_family, play_family
 from cps_envs.core.documents import read_entry
 from cps_envs.core.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
-from cps_envs.core.types import FloatArray, other
+from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
 
 
@@ -37,12 +35,16 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
     """
     problem, reached = find_problem(recipe.problem), []
     for scene in recipe.scenes:
-        preset = scene.preset or recipe.preset
-        config = problem.config(preset, {**recipe.overrides, **scene.overrides})
+        given = {
+            "preset": scene.preset,
+            "opponent": scene.opponent,
+            "overrides": {**recipe.overrides, **scene.overrides},
+        }
+        played = replace(recipe, **{name: value for name, value in given.items() if value})
         episodes = scene.episodes * times
-        opponent = scene.opponent or recipe.opponent or problem.opponents[preset][other(recipe.role)]
         seeds = [first_seed + episode for episode in range(episodes)] * len(values)
-        outcome = play_family(family, problem, config, opponent, np.repeat(values, episodes, axis=0), seeds)
+        rows = np.repeat(values, episodes, axis=0)
+        outcome = play_family(family, problem, played.venue.config, played.rival, rows, seeds)
         reached.append(recipe.values(outcome).reshape(len(values), episodes))
         first_seed += episodes
     return np.concatenate(reached, axis=1)
@@ -85,13 +87,13 @@ class PolicySearch:
     """A run of the strategy, brought to where its checkpoint ends."""
 
     def __init__(self, job: TrainingJob, family: Family, tracker: RunTracker) -> None:
-        self.run, self.recipe, self.family, self._tracker = job.run, job.recipe, family, tracker
+        self.job, self.recipe, self.family, self._tracker = job, job.recipe, family, tracker
         self.episodes = count_episodes(self.recipe.scenes)
         self.generations = max(self.recipe.total_steps // (self.recipe.population * self.episodes), 1)
         origin = np.zeros(len(family.numbers))
         deviation, population = self.recipe.search_deviation, self.recipe.population
         self._evolution = Evolution(origin, deviation, population=population, seed=[job.seed])
-        self._cpu_before_s, self._started_s = float(job.run.read().get("cpu_s", 0.0)), time.process_time()
+        self._cpu_before_s, self._started_s = float(job.read().get("cpu_s", 0.0)), time.process_time()
         self._reached = self._replay()
 
     @property
@@ -121,7 +123,7 @@ class PolicySearch:
 
     def _step(self) -> None:
         """One generation, and the checkpoint that holds it."""
-        first = training_seed(self.run.seed) + len(self._reached) * self.episodes % SEEDS_PER_RUN
+        first = training_seed(self.job.seed) + len(self._reached) * self.episodes % SEEDS_PER_RUN
 
         def judge(points: FloatArray) -> FloatArray:
             found: FloatArray = play_scenes(self.recipe, self.family, self.family.values(points), first).mean(axis=1)
@@ -131,8 +133,8 @@ class PolicySearch:
         assert generation is not None
         reached = generation.values
         self._reached.append(reached.tolist())
-        write_json(self.run.folder / CHECKPOINT, {"reached": self._reached, "mean": self._evolution.mean.tolist()})
-        self.run.write(steps=self.steps, cpu_s=self.cpu_s)
+        write_json(self.job.folder / CHECKPOINT, {"reached": self._reached, "mean": self._evolution.mean.tolist()})
+        self.job.write(steps=self.steps, cpu_s=self.cpu_s)
         curves = {"generation/mean": float(reached.mean()), "generation/best": float(reached.max())}
         self._tracker.log({**curves, "generation/deviation": self._evolution.deviation}, self.steps)
 
@@ -143,7 +145,7 @@ class PolicySearch:
             DamagedFileError: the checkpoint is damaged, or does not fit the recipe.
             CommandError: the strategy draws other candidates than it did.
         """
-        path = self.run.folder / CHECKPOINT
+        path = self.job.folder / CHECKPOINT
         if not path.is_file():
             return []
         kept = read_entry(path, "checkpoint of policy search", "Delete the folder and train again.")
@@ -161,7 +163,7 @@ class PolicySearch:
 
     def _validate(self) -> None:
         """Play validation episodes with the middle of the distribution; if it is the best so far, keep it."""
-        rows = list(self.run.evaluations())
+        rows = list(self.job.evaluations())
         if any(row["steps"] == self.steps for row in rows):
             return
         times = max(self.recipe.evaluation_episodes // self.episodes, 1)
@@ -169,41 +171,30 @@ class PolicySearch:
         row = {"steps": self.steps, "cpu_s": self.cpu_s, "validation": reached}
         if row["validation"] > max((float(each["validation"]) for each in rows), default=-np.inf):
             numbers = NamedNumbers(self.values()[0])
-            save(self.run.card, make_card(self.run, self.family, row), {self.run.seed: numbers})
-            self.run.write(best_score=row["validation"])
-        self.run.append_evaluation(row)
+            save(self.job.card, make_card(self.job, self.family, row), {self.job.seed: numbers})
+            self.job.write(best_score=row["validation"])
+        self.job.append_evaluation(row)
         self._tracker.log({"validation/score": row["validation"]}, self.steps)
 
     def _note(self) -> str:
-        scores = [float(row["validation"]) for row in self.run.evaluations()]
+        scores = [float(row["validation"]) for row in self.job.evaluations()]
         return f"validation {scores[-1]:.4g}, best {max(scores):.4g}, deviation {self._evolution.deviation:.2g}"
 
 
-def make_card(run: Run, family: Family, facts: dict[str, Any]) -> Card:
+def make_card(job: TrainingJob, family: Family, facts: dict[str, Any]) -> Card:
     """The card of a search with the `facts` about its training seed."""
-    recipe, problem = run.recipe, find_problem(run.recipe.problem)
-    spec = problem.game(problem.config(recipe.preset, recipe.overrides), 1).spec(recipe.role)
-    space: spaces.Space[Any] = spec.action_space
-    return Card(
+    recipe = job.recipe
+    return card_of_numbers(
+        recipe.venue,
+        recipe.role,
         name=recipe.name,
-        problem=recipe.problem,
-        version=problem.version,
-        role=recipe.role,
         algorithm=recipe.algorithm,
-        opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
-        preset=recipe.preset,
-        overrides=dict(recipe.overrides),
+        opponent=recipe.rival,
         recipe=knobs_of(recipe),
-        activation="",
         head="family",
-        decentralised=False,
-        hold=1,
-        observation_size=spec.fields.size,
-        actions=count_actions(space),
-        best=run.seed,
-        seeds={str(run.seed): facts},
-        command=run.command,
-        versions=versions(),
+        best=job.seed,
+        seeds={str(job.seed): facts},
+        command=job.command,
         family=recipe.family,
         numbers=family.names,
     )

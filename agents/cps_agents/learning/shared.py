@@ -10,7 +10,6 @@ import json
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,19 +21,19 @@ from cps_agents.learning.copies import Copies
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.ppo import Learner, LearningProgress
 from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.run import Report, Run, TrainingJob, recording
+from cps_agents.learning.run import Report, TrainingJob, recording
 from cps_agents.learning.tracking import RunTracker
 from cps_agents.learning.warm_start import read_start
-from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save, starts_of
-from cps_agents.zoo.fitting import count_actions
-from cps_agents.zoo.wired import Head, card_entry, wired_policy, with_scaling
+from cps_agents.zoo.own import card_of_network
+from cps_agents.zoo.wired import Head, wired_policy, with_scaling
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import Idle, Policy
 from cps_envs.core.seeds import VALIDATION
-from cps_envs.core.types import Array, other
+from cps_envs.core.types import Array, Role, other
 from cps_envs.core.wiring import Scaling
 from cps_envs.registration import find_problem
 
@@ -58,7 +57,7 @@ def train(job: TrainingJob, report: Report) -> None:
         except ValueError as error:
             raise damaged(path, error) from error
     with recording(job) as tracker:
-        keeper = Keeper(job.run, learner, path, tracker, report)
+        keeper = Keeper(job, learner, tracker, report)
         try:
             keeper.begin()
             learner.learn(keeper.after)
@@ -115,22 +114,20 @@ def make_envs(
 
 def validate(recipe: Recipe, policy: Policy) -> dict[str, Array]:
     """What the validation episodes of a recipe end with, (B,) each, when a policy plays its role."""
-    problem, rival = find_problem(recipe.problem), other(recipe.role)
-    opponent = recipe.opponent or problem.opponents[recipe.preset][rival]
+    players: Mapping[Role, PolicyReference] = {recipe.role: policy, other(recipe.role): recipe.rival}
     seeds = VALIDATION[: recipe.evaluation_episodes]
-    config = problem.config(recipe.preset, recipe.overrides)
-    return play_episodes(problem, config, {recipe.role: policy, rival: opponent}, seeds)
+    return play_episodes(find_problem(recipe.problem), recipe.venue.config, players, seeds)
 
 
 class Keeper:
     """Evaluates on validation seeds, keeps the best network, writes checkpoints, and says how far it is."""
 
-    def __init__(self, run: Run, learner: Learner, checkpoint: Path, tracker: RunTracker, report: Report) -> None:
-        self._run, self._learner, self._checkpoint = run, learner, checkpoint
+    def __init__(self, job: TrainingJob, learner: Learner, tracker: RunTracker, report: Report) -> None:
+        self._job, self._learner = job, learner
         self._tracker, self._report = tracker, report
         self._game = learner.envs.game
-        self._spec = self._game.spec(run.recipe.role)
-        self._best = run.read().get("best_score")
+        self._spec = self._game.spec(job.recipe.role)
+        self._best = job.read().get("best_score")
         self._saved_s = self._said_s = -np.inf
         self._untrained = True  # whether no evaluation has seen a network that has learned
         self._idle = 0.0  # what the neutral policy gets
@@ -139,11 +136,11 @@ class Keeper:
 
     def begin(self) -> None:
         """The first evaluation; of a run that goes on, what came after its checkpoint is forgotten."""
-        run, steps = self._run, self._learner.steps
-        self._idle = run.recipe.score(validate(run.recipe, Idle(self._spec)))
-        rows = [json.dumps(json.loads(to_json(row))) for row in run.evaluations() if row["steps"] <= steps]
+        job, steps = self._job, self._learner.steps
+        self._idle = job.recipe.score(validate(job.recipe, Idle(self._spec)))
+        rows = [json.dumps(json.loads(to_json(row))) for row in job.evaluations() if row["steps"] <= steps]
         if rows:
-            write_text(run.folder / "evaluations.jsonl", "".join(f"{row}\n" for row in rows) if steps else "")
+            write_text(job.folder / "evaluations.jsonl", "".join(f"{row}\n" for row in rows) if steps else "")
         if steps == 0:
             self.evaluate()
         self.say(self._learner.progress())
@@ -154,14 +151,14 @@ class Keeper:
             self._next = self._after(progress.share)
             self.evaluate()
         if progress.resumable and time.monotonic() - self._saved_s > CHECKPOINT_EVERY_S:
-            write_checkpoint(self._checkpoint, self._learner)
+            write_checkpoint(self._job.folder / CHECKPOINT, self._learner)
             self._note()
             self._saved_s = time.monotonic()
         self.say(progress)
 
     def end(self) -> None:
         """The last word."""
-        self._run.write(done=self._run.recipe.budget)
+        self._job.write(done=self._job.recipe.budget)
         self._note()
 
     def save_unfinished(self) -> None:
@@ -175,62 +172,50 @@ class Keeper:
         paid = "" if np.isnan(progress.training_return) else f"return {progress.training_return:.3g}, "
         speed = f"{progress.steps_per_s:,.0f} steps/CPU s, {progress.left_s:.0f} CPU s left" if progress.steps else ""
         note = f"{paid}{self._validation}, {speed}".rstrip(", ")
-        done = int(progress.share * self._run.recipe.budget)
+        done = int(progress.share * self._job.recipe.budget)
         self._report(done, note)
         if time.monotonic() - self._said_s > SAID_EVERY_S:
-            self._run.write(done=done)
+            self._job.write(done=done)
             self._said_s = time.monotonic()
         if paid:
             self._tracker.log({"train/return": progress.training_return}, progress.steps)
 
     def evaluate(self) -> None:
         """Play validation episodes with the network as it is; if it is the best so far, keep it."""
-        run, learner = self._run, self._learner
+        job, learner = self._job, self._learner
         network = with_scaling(learner.network.exported(), learner.envs.wired.wiring)
-        outcome = validate(run.recipe, wired_policy(self._spec, self._card({}), network))
-        score, self._untrained = run.recipe.score(outcome), learner.steps == 0
+        outcome = validate(job.recipe, wired_policy(self._spec, self._card({}), network))
+        score, self._untrained = job.recipe.score(outcome), learner.steps == 0
         row = {"steps": learner.steps, "cpu_s": round(learner.cpu_s, 1), "validation": score, "none": self._idle}
-        run.append_evaluation({**row, **{name: float(values.mean()) for name, values in outcome.items()}})
+        job.append_evaluation({**row, **{name: float(values.mean()) for name, values in outcome.items()}})
         self._tracker.log({"validation/score": score}, learner.steps)
-        if self._best is None or score > self._best or not run.card.is_file():
+        if self._best is None or score > self._best or not job.card.is_file():
             self._best = score
-            starts = {run.seed: network} if learner.steps == 0 else starts_of(run.card) if run.card.is_file() else {}
-            save(run.card, self._card(row), {run.seed: network}, starts)
+            starts = {job.seed: network} if learner.steps == 0 else starts_of(job.card) if job.card.is_file() else {}
+            save(job.card, self._card(row), {job.seed: network}, starts)
         self._validation = f"validation {score:.3g} (best {self._best:.3g}, none {self._idle:.3g})"
 
     def _after(self, share: float) -> float:
         """The share of the budget at which the next evaluation is due."""
-        times = max(self._run.recipe.evaluations, 1)
+        times = max(self._job.recipe.evaluations, 1)
         return (int(share * times + 1e-9) + 1) / times
 
     def _note(self) -> None:
         learner = self._learner
-        self._run.write(steps=learner.steps, cpu_s=round(learner.cpu_s, 1), best_score=self._best)
+        self._job.write(steps=learner.steps, cpu_s=round(learner.cpu_s, 1), best_score=self._best)
 
     def _card(self, facts: Mapping[str, Any]) -> Card:
         """The card of the policy with the `facts` about its training seed."""
-        run, recipe, envs = self._run, self._run.recipe, self._learner.envs
-        problem, network = find_problem(recipe.problem), self._learner.network
-        head = Head(network.stickiness, sampled=recipe.sampled)
-        return Card(
+        job, recipe, network = self._job, self._job.recipe, self._learner.network
+        return card_of_network(
+            self._learner.envs,
+            Head(network.stickiness, sampled=recipe.sampled),
             name=recipe.name,
             problem=recipe.problem,
-            version=problem.version,
-            role=recipe.role,
             algorithm=recipe.algorithm if recipe.start or facts.get("steps") else "untrained",
-            opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
-            preset=recipe.preset,
-            overrides=dict(recipe.overrides),
+            opponent=recipe.rival,
             recipe=asdict(recipe),
-            activation="tanh",
-            head="discrete" if network.choices else "gaussian",
-            decentralised=envs.adapter.local,
-            hold=envs.wired.wiring.frame_skip,
-            observation_size=envs.wired.columns.size,
-            actions=count_actions(envs.single_action_space),
-            best=run.seed,
-            seeds={str(run.seed): facts},
-            command=run.command,
-            versions=versions(),
-            wiring=card_entry(envs.wired.wiring, head),
+            best=job.seed,
+            seeds={str(job.seed): facts},
+            command=job.command,
         )

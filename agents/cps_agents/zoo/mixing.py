@@ -10,18 +10,16 @@ from typing import Any
 import numpy as np
 
 from cps_agents.errors import CommandError
-from cps_agents.machine import versions
 from cps_agents.zoo.card import MIXTURE, PARTS, SHIPPED, Card
 from cps_agents.zoo.files import find, load, save
-from cps_agents.zoo.fitting import check_role, count_actions
-from cps_agents.zoo.numbers import NamedNumbers
+from cps_agents.zoo.fitting import check_role
+from cps_agents.zoo.numbers import NamedNumbers, card_of_numbers
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Venue
 from cps_envs.core.lookup import within_budget
 from cps_envs.core.mixture import Mixture
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import Role, other
-from cps_envs.registration import find_problem
 
 
 def mixed(spec: RoleSpec, card: Card, probabilities: NamedNumbers, version: int | None) -> Policy:
@@ -49,29 +47,18 @@ def save_mixture(
     Raises:
         CommandError: one of its policies is a mixture itself.
     """
-    problem = find_problem(venue.problem)
-    spec = problem.game(venue.config, 1).spec(role)
     references = [_kept(reference, target, place) for place, reference in enumerate(strategy, start=1)]
-    card = Card(
+    card = card_of_numbers(
+        venue,
+        role,
         name=target.stem,
-        problem=venue.problem,
-        version=problem.version,
-        role=role,
         algorithm="double-oracle",
         opponent=f"the {other(role)}s of the same self-play",
-        preset=venue.preset,
-        overrides=dict(venue.overrides),
         recipe={},
-        activation="",
         head=MIXTURE,
-        decentralised=False,
-        hold=1,
-        observation_size=spec.fields.size,
-        actions=count_actions(spec.action_space),
         best=0,
         seeds={"0": dict(facts)},
         command=command,
-        versions=versions(),
         evaluation=dict(evaluation),
         numbers=tuple(references),
     )

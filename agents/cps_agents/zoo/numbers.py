@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.fitting import check_role
+from cps_agents.zoo.fitting import check_role, count_actions
+from cps_baselines.arena import Venue
 from cps_baselines.family import find_family
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import Policy, RoleSpec
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array, FloatArray, Role
+from cps_envs.registration import find_problem
 
 TENSOR = "numbers"
 MOST = 1e6  # size of a number in a file; no search comes near
@@ -43,6 +47,26 @@ def numbers_of(tensors: Mapping[str, Array], count: int) -> NamedNumbers:
     if not np.all(np.abs(values) <= MOST):
         raise ValueError("a number is not finite, or far too large")
     return NamedNumbers(values)
+
+
+def card_of_numbers(venue: Venue, role: Role, **known: Any) -> Card:
+    """The card of numbers that play a role in a venue; `known` is what that does not tell."""
+    problem = find_problem(venue.problem)
+    spec = problem.game(venue.config, 1).spec(role)
+    return Card(
+        problem=venue.problem,
+        version=problem.version,
+        role=role,
+        preset=venue.preset,
+        overrides=dict(venue.overrides),
+        activation="",
+        decentralised=False,
+        hold=1,
+        observation_size=spec.fields.size,
+        actions=count_actions(spec.action_space),
+        versions=versions(),
+        **known,
+    )
 
 
 def member(spec: RoleSpec, card: Card, numbers: NamedNumbers, version: int | None) -> Policy:

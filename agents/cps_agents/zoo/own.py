@@ -44,7 +44,7 @@ def save_network(
         OSError: the files cannot be written.
     """
     dense = tuple((np.ascontiguousarray(_array(weight).T), _array(bias)) for weight, bias in layers)
-    actions, inputs = count_actions(envs.single_action_space), envs.wired.columns.size
+    inputs = envs.wired.columns.size
     sizes = [inputs, *(len(bias) for _, bias in dense)]
     shapes = [weight.shape for weight, _ in dense]
     if shapes != list(pairwise(sizes)) or sizes[-1] != envs.wired.columns.last_action:
@@ -64,39 +64,40 @@ def save_network(
     )
     path = Path(folder) / "policy.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    save(
-        path,
-        _card(Path(folder).name, envs, actions, activation, Head(stickiness, None, sampled), facts or {}),
-        {0: with_scaling(network, envs.wired.wiring)},
+    card = card_of_network(
+        envs,
+        Head(stickiness, None, sampled),
+        activation,
+        name=Path(folder).name,
+        problem=envs.problem.name,
+        algorithm="own",
+        opponent=envs.opponent if isinstance(envs.opponent, str) else type(envs.opponent).__name__,
+        recipe={},
+        best=0,
+        seeds={"0": dict(facts or {})},
+        command="",
     )
+    save(path, card, {0: with_scaling(network, envs.wired.wiring)})
     return f"zoo:{folder}"
 
 
-def _card(
-    name: str, envs: LearningVectorEnv, actions: tuple[int, ...], activation: str, head: Head, facts: Mapping[str, Any]
-) -> Card:
-    discrete = bool(envs.wired.choices)
+def card_of_network(envs: LearningVectorEnv, head: Head, activation: str = "tanh", **known: Any) -> Card:
+    """The card of a network that was trained in `envs`; `known` is what they do not tell."""
+    wired = envs.wired
     return Card(
-        name=name,
-        problem=envs.problem.name,
         version=envs.problem.version,
         role=envs.role,
-        algorithm="own",
-        opponent=envs.opponent if isinstance(envs.opponent, str) else type(envs.opponent).__name__,
         preset=envs.preset,
         overrides=envs.overrides,
-        recipe={},
         activation=activation,
-        head="discrete" if discrete else "gaussian",
+        head="discrete" if wired.choices else "gaussian",
         decentralised=envs.adapter.local,
-        hold=envs.wired.wiring.frame_skip,
-        observation_size=envs.wired.columns.size,
-        actions=actions,
-        best=0,
-        seeds={"0": dict(facts)},
-        command="",
+        hold=wired.wiring.frame_skip,
+        observation_size=wired.columns.size,
+        actions=count_actions(envs.single_action_space),
         versions=versions(),
-        wiring=card_entry(envs.wired.wiring, head),
+        wiring=card_entry(wired.wiring, head),
+        **known,
     )
 
 
