@@ -13,7 +13,7 @@ import pytest
 
 import cps_baselines
 import cps_envs
-from cps_agents.arena.meeting import Meeting, identity, make_meeting, run_job
+from cps_agents.arena.meeting import Meeting, attempt, identity, make_meeting
 from cps_agents.arena.play import play
 from cps_agents.arena.sources import fingerprint
 from cps_agents.arena.store import Store, _digest, file_name
@@ -55,11 +55,11 @@ def test_a_meeting_in_two_tables_is_played_once(tmp_path: Path) -> None:
 def test_fresh_plays_again_and_leaves_the_meetings_of_others(tmp_path: Path) -> None:
     other = meeting(VENUE.changed({"power_ratio": 1.3}))
     for each in (meeting(), other):
-        Store(tmp_path).put(each, run_job(each))
+        Store(tmp_path).put(each, attempt(each))
     fresh = Store(tmp_path, fresh=True)
     assert fresh.get(meeting()) is None
     assert Store(tmp_path).get(other) is not None
-    fresh.put(meeting(), run_job(meeting()))
+    fresh.put(meeting(), attempt(meeting()))
     assert fresh.get(meeting()) is not None
 
 

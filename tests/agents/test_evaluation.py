@@ -13,7 +13,7 @@ from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.table import Table, scores
 from cps_agents.commands.evaluate import ranges
 from cps_agents.evaluation import Standing, is_better, worst_of
-from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
+from cps_agents.zoo.references import by_training_seed, form_of, is_missing, is_trained, weights_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
@@ -52,8 +52,9 @@ def test_a_trained_policy_stands_for_its_training_seeds(tiny: str) -> None:
 
 
 def test_missing_policies_are_found_inside_mixtures(tiny: str) -> None:
-    assert missing_names(f'mixture?policies=["{tiny}","zoo:nobody?seed=1","pd"]') == ["nobody"]
-    assert missing_names("square") == []
+    assert is_missing(f'mixture?policies=["{tiny}","zoo:nobody?seed=1","pd"]')
+    assert not is_missing(f'mixture?policies=["{tiny}","pd"]')
+    assert not is_missing("square")
 
 
 def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) -> None:

@@ -146,17 +146,6 @@ def test_two_trained_policies_seldom_differ_by_chance() -> None:
     assert significant(5, 5, 600) <= 0.07  # 12 % where the baseline's seeds are not drawn
 
 
-def test_training_seeds_that_belong_together_are_drawn_together() -> None:
-    starts = np.arange(5.0)[:, np.newaxis] + np.zeros((5, 3))
-    gains = starts - [[0.4], [0.5], [0.6], [0.5], [0.5]]
-    found = difference([gains], [starts], same_seeds=True)
-    assert found.excludes_zero
-    assert found == estimate([gains - starts])
-    assert not difference([gains], [starts]).excludes_zero
-    with pytest.raises(ValueError, match="training seeds cannot be paired"):
-        difference([gains], [starts[:2]], same_seeds=True)
-
-
 def test_one_training_seed_of_a_baseline_is_not_enough() -> None:
     assert significant(5, 1, 200) > 0.15  # which is why tables mark it
 

@@ -12,13 +12,14 @@ from cps_agents.commands.options import AsJson, Jobs
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
-from cps_agents.machine import available_cores, commit, describe
+from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.zoo.merging import without_places
 from cps_envs.core.errors import require
 from tools.command import run
 from tools.coverage.cases import Coverage, all_cases
 from tools.coverage.simulation import CHUNK, Effort, document, markdown, simulate, tables
+from tools.reliability.store import commit
 
 PROGRAM = "python -m tools.coverage"
 QUICK = (100, 200)  # repetitions, resamples

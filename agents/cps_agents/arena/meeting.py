@@ -111,16 +111,11 @@ class Job(Protocol):
         """
 
 
-def run_job(job: Job) -> Result:
-    """Do a piece of work; its result also tells the CPU seconds it took."""
-    start = time.process_time()
-    return {**job.run(), "cpu_s": round(time.process_time() - start, 3)}
-
-
 def attempt(job: Job) -> Result:
-    """The result of a job; errors that the user can put right tell which job had them."""
+    """The result of a job, and the CPU seconds it took; errors that the user can put right tell which job had them."""
+    start = time.process_time()
     try:
-        return run_job(job)
+        return {**job.run(), "cpu_s": round(time.process_time() - start, 3)}
     except Exception as error:
         message = explain(error)
         if message is None:

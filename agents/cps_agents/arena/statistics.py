@@ -44,6 +44,11 @@ class Estimate:
     seeds: int  # training seeds
     episodes: int  # of each, in all strata
 
+    def __format__(self, spec: str) -> str:
+        """The mean, and its interval in brackets where there is one."""
+        ends = "" if self.low is None or self.high is None else f" ({self.low:{spec}} to {self.high:{spec}})"
+        return f"{self.mean:{spec}}{ends}"
+
     @property
     def excludes_zero(self) -> bool:
         """Whether the interval lies on one side of zero."""
@@ -83,7 +88,6 @@ def difference(
     baseline: Strata,
     factor: float = 1.0,
     *,
-    same_seeds: bool = False,
     resamples: int = RESAMPLES,
     level: float = LEVEL,
     seed: int = 0,
@@ -91,21 +95,15 @@ def difference(
     """The mean of `learned` - `factor` x `baseline` with its interval, episode by episode on the same seeds.
 
     Training seeds of the baseline are drawn too; where it has only one, the interval cannot know their noise
-    (`ONE_SEED`). With `same_seeds` training seed n of one side was made from training seed n of the other, so they are
-    drawn together. Where one side played more episodes, the first ones that both played count; a single episode, of an
+    (`ONE_SEED`). Where one side played more episodes, the first ones that both played count; a single episode, of an
     arena and policies that draw nothing, stands for all. `seeds` of the result are those of `learned`.
 
     Raises:
-        ValueError: different strata, or training seeds that cannot be paired; see also `estimate`.
+        ValueError: different strata; see also `estimate`.
     """
     if len(learned) != len(baseline):
         raise ValueError(f"{len(learned)} and {len(baseline)} strata cannot be paired")
     shared = [_shared(a, b) for a, b in zip(_checked(learned), _checked(baseline), strict=True)]
-    if same_seeds:
-        if any(len(a) != len(b) for a, b in shared):
-            raise ValueError("different numbers of training seeds cannot be paired")
-        together = [a - factor * b for a, b in shared]
-        return estimate(together, resamples=resamples, level=level, seed=seed)
     mine, others = _in_order([[a for a, _ in shared], [b for _, b in shared]])
     paired = [a - factor * b[:1] for a, b in zip(mine, others, strict=True)]  # the same for both: exact where both are
     beside = [factor * (b - b[:1]) for b in others]

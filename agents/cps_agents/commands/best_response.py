@@ -226,16 +226,13 @@ def _show(question: Question, responses: Responses, judgement: Judgement, over_v
     if over_value is not None:
         console.print(_verdict("the value of the league's game", over_value), markup=False)
     what = "worst attack" if question.role == "attacker" else "best defence"
-    pay = _interval(judgement.pay)
-    console.print(f"The {what} found is {judgement.best}: it pays the attacker {pay}.", markup=False, soft_wrap=True)
+    console.print(
+        f"The {what} found is {judgement.best}: it pays the attacker {judgement.pay:.4g}.", markup=False, soft_wrap=True
+    )
     console.print(f"Spent: {responses.steps:,} steps, {responses.cpu_s:.0f} CPU s.")
 
 
 def _verdict(what: str, gain: Estimate) -> str:
     shown = gain.mean > 0 and not (gain.low is not None and gain.low <= 0)
     so = "the opponent can be exploited by at least that" if shown else "these oracles show no more than was known"
-    return f"Over {what} the response gains {_interval(gain)}: {so}."
-
-
-def _interval(found: Estimate) -> str:
-    return f"{found.mean:.4g}" + ("" if found.low is None else f" ({found.low:.4g} to {found.high:.4g})")
+    return f"Over {what} the response gains {gain:.4g}: {so}."

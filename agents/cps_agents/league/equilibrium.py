@@ -123,11 +123,11 @@ def _spread(payoff: FloatArray) -> float:
 HALVES = 2
 
 
-def game_value(payoffs: FloatArray, *, level: float = LEVEL) -> Estimate:
+def game_value(payoffs: FloatArray) -> Estimate:
     """The value of the game of the true means, for episodes (m, n, E) that share their seeds.
 
     `mean` is what the attacker is paid when both play mixtures that were chosen without the episode. `low` and `high`
-    hold the value of the game in at least `level` of cases. A single episode has no interval.
+    hold the value of the game in at least 95 % of cases. A single episode has no interval.
 
     Raises:
         ValueError: no entries, or some that are not finite.
@@ -146,7 +146,7 @@ def game_value(payoffs: FloatArray, *, level: float = LEVEL) -> Estimate:
         paid[:, here] = np.einsum("m,mne->ne", attacker, payoffs[:, :, here])
         conceded[:, here] = np.einsum("mne,n->me", payoffs[:, :, here], defender)
         met[here] = attacker @ conceded[:, here]
-    return guaranteed(paid, conceded, met, level=level)
+    return guaranteed(paid, conceded, met)
 
 
 def guaranteed(paid: FloatArray, conceded: FloatArray, met: FloatArray, *, level: float = LEVEL) -> Estimate:

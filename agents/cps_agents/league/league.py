@@ -22,12 +22,10 @@ from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
 Dominators: TypeAlias = list[FloatArray | None]
 
 
-def asked(
-    venue: Venue, references: Mapping[Role, Sequence[str]], episodes: int, metric: str = RETURN, first_seed: int = 0
-) -> Table:
+def asked(venue: Venue, references: Mapping[Role, Sequence[str]], episodes: int, metric: str = RETURN) -> Table:
     """A table of everybody who is asked to take part; `all`, and nobody, stands for the usual ones."""
     attackers, defenders = (contestants(venue, wanted(venue, role, references.get(role))) for role in ROLES)
-    return Table(venue, attackers, defenders, episodes, metric, first_seed=first_seed)
+    return Table(venue, attackers, defenders, episodes, metric)
 
 
 @dataclass(frozen=True)

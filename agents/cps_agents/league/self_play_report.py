@@ -71,9 +71,9 @@ def tell_round(outcome: LeagueOutcome) -> str:
     """The last round in a sentence each."""
     found, number = outcome.bounds[-1], len(outcome.bounds)
     return (
-        f"Round {number}: the attacker is paid {_interval(found.value)} {_unit(outcome)} when both play. "
-        f"Against the defender's mixture {found.best_attacker} gains {_interval(found.attacker_gain)}; "
-        f"against the attacker's {found.best_defender} gains {_interval(found.defender_gain)}."
+        f"Round {number}: the attacker is paid {found.value:.4g} {_unit(outcome)} when both play. "
+        f"Against the defender's mixture {found.best_attacker} gains {found.attacker_gain:.4g}; "
+        f"against the attacker's {found.best_defender} gains {found.defender_gain:.4g}."
     )
 
 
@@ -87,10 +87,6 @@ def strategy_line(outcome: LeagueOutcome, role: Role) -> str:
 
 def _unit(outcome: LeagueOutcome) -> str:
     return find_problem(outcome.game.venue.problem).unit or "return"
-
-
-def _interval(found: Estimate) -> str:
-    return f"{found.mean:.4g}" + ("" if found.low is None else f" ({found.low:.4g} to {found.high:.4g})")
 
 
 def draw(outcome: LeagueOutcome) -> Any:

@@ -35,12 +35,9 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
     """
     problem, reached = find_problem(recipe.problem), []
     for scene in recipe.scenes:
-        given = {
-            "preset": scene.preset,
-            "opponent": scene.opponent,
-            "overrides": {**recipe.overrides, **scene.overrides},
-        }
-        played = replace(recipe, **{name: value for name, value in given.items() if value})
+        preset, opponent = scene.preset or recipe.preset, scene.opponent or recipe.opponent
+        overrides = {**recipe.overrides, **scene.overrides}
+        played = replace(recipe, preset=preset, opponent=opponent, overrides=overrides)
         episodes = scene.episodes * times
         seeds = [first_seed + episode for episode in range(episodes)] * len(values)
         rows = np.repeat(values, episodes, axis=0)

@@ -81,9 +81,9 @@ class Quiet(SimpleHTTPRequestHandler):
         """Say nothing."""
 
 
-def serve(folder: Path, port: int = 0) -> None:
-    """Serve a folder until Ctrl-C, on a free port unless one is given, and open it in a browser if there is one."""
-    with ThreadingHTTPServer((HOST, port), partial(Quiet, directory=str(folder))) as server:
+def serve(folder: Path) -> None:
+    """Serve a folder until Ctrl-C, on a free port, and open it in a browser if there is one."""
+    with ThreadingHTTPServer((HOST, 0), partial(Quiet, directory=str(folder))) as server:
         address = f"http://{HOST}:{server.server_address[1]}/"
         if not webbrowser.open(address):
             err().print("No browser was found on this machine: open the address below in one.")

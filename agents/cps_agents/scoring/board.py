@@ -173,6 +173,6 @@ def _best(rows: Sequence[BoardEntry]) -> str:
     return f"{rows[0].name} {score.estimate.mean:.0f} ± {score.half_width:.0f}"
 
 
-def boards(folder: Path | None = None) -> dict[str, list[BoardEntry]]:
+def boards() -> dict[str, list[BoardEntry]]:
     """The boards of all eight tracks, by name."""
-    return {name: board(track, folder) for name, track in tracks().items()}
+    return {name: board(track) for name, track in tracks().items()}

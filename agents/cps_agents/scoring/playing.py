@@ -47,9 +47,9 @@ def pays(track: Track, policy: PolicyReference, seeds: Seeds, report: Report = s
     return played(track, [policy] * len(track.panel), seeds, report)
 
 
-def answers(track: Track, seeds: Seeds, report: Report = silent) -> list[FloatArray]:
+def answers(track: Track, seeds: Seeds) -> list[FloatArray]:
     """The same of the best answers that were known at the freeze, each against its own opponent."""
-    return played(track, [rival.answer for rival in track.panel], seeds, report)
+    return played(track, [rival.answer for rival in track.panel], seeds)
 
 
 def played(

@@ -59,12 +59,7 @@ def is_trained(reference: str) -> bool:
 
 def is_missing(reference: str) -> bool:
     """Whether a reference names a trained policy that is not there."""
-    return bool(missing_names(reference))
-
-
-def missing_names(reference: str) -> list[str]:
-    """The trained policies in a reference that are not there."""
-    return [name for name in NAMED.findall(reference) if not _exists(name)]
+    return not all(map(_exists, NAMED.findall(reference)))
 
 
 def weights_of(reference: str) -> dict[str, str]:

@@ -147,10 +147,10 @@ SEARCH_S = 4.0  # for one choice of steps
 GAP = 1e-4
 
 
-def polish(program: Program, steps: int, variables: FloatArray, time_limit_s: float, seed: int = 0) -> FloatArray:
+def polish(program: Program, steps: int, variables: FloatArray, time_limit_s: float) -> FloatArray:
     """A point (columns,) of a program with step-major columns that is no worse than the feasible `variables`."""
     best, best_objective, deadline = variables, float(program.cost @ variables), time.perf_counter() + time_limit_s
-    for free in _windows(steps, np.random.default_rng(seed)):
+    for free in _windows(steps, np.random.default_rng(0)):
         left_s = deadline - time.perf_counter()
         if left_s <= 0:
             break
