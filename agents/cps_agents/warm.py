@@ -1,8 +1,10 @@
-"""Compiling ahead what a first use would have to wait for: every interface, preset and policy of a problem, briefly."""
+"""Compiling ahead what a first use would have to wait for: every preset, adapter and policy of a problem, briefly.
+
+All interfaces are views of one simulator. What they need beyond it, a vector environment of each role needs, too.
+"""
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,8 +21,7 @@ from cps_agents.zoo.files import shipped_names
 from cps_envs.core.compiling import NOTICE, compiled, told
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.generators import seeded
-from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
-from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.kernel_cache import UNKEPT
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.problem import Problem
@@ -47,7 +48,12 @@ class Visit:
 def visits(problem: Problem) -> Iterator[Visit]:
     """Everything of a problem that brings kernels of its own."""
     for preset in problem.presets:
-        yield from _interfaces(problem, preset)
+        yield Visit(problem.name, preset, partial(_match, problem, preset, {}, problem.opponents[preset]))
+    for role in ROLES:
+        if (env_id := problem.env_id(role)) in gymnasium.registry:  # that of the test bed is not
+            yield Visit(problem.name, f"{role}, vector", partial(_vector, env_id))
+        for name in problem.game(problem.config(next(iter(problem.presets)), {}), 1).adapters.get(role, {}):
+            yield Visit(problem.name, f"{role} through {name}", partial(_adapter, problem, role, name))
     for name, value in _variants(problem):
         yield Visit(problem.name, f"{name}={value}", partial(_try, problem, {name: value}))
     for role in ROLES:
@@ -58,33 +64,6 @@ def visits(problem: Problem) -> Iterator[Visit]:
         if card.problem == problem.name:
             played = partial(_match, problem, card.preset, card.overrides, {card.role: f"zoo:{name}"})
             yield Visit(problem.name, f"{card.role} zoo:{name}", played)
-
-
-def _interfaces(problem: Problem, preset: str) -> Iterator[Visit]:
-    """The interfaces of a problem's ids. A problem without ids, such as the test bed, is played from inside."""
-    if problem.env_id("attacker") not in gymnasium.registry:
-        yield Visit(problem.name, preset, partial(_match, problem, preset, {}, problem.opponents[preset]))
-        return
-    for role in ROLES:
-        env_id = problem.env_id(role)
-        yield Visit(problem.name, f"{preset}: {role}, single", partial(_single, env_id, preset))
-        yield Visit(problem.name, f"{preset}: {role}, vector", partial(_vector, env_id, preset))
-    yield Visit(
-        problem.name, f"{preset}: parallel", partial(_agents, partial(RolesParallelEnv, problem, preset=preset))
-    )
-    for role in _teams(problem, preset):
-        made = partial(SwarmEnv, problem, role, preset=preset)
-        yield Visit(problem.name, f"{preset}: {role} swarm", partial(_agents, made))
-
-
-def _teams(problem: Problem, preset: str) -> Iterator[Role]:
-    """The roles that are teams in a preset: what agents play through may need its sensors or filters."""
-    game = problem.game(problem.presets[preset], 1)
-    for role, adapter in problem.swarm.items():
-        with contextlib.suppress(ConfigurationError):
-            game.spec(role).adapter(adapter)
-            game.team(role)
-            yield role
 
 
 def _variants(problem: Problem) -> Iterator[tuple[str, str]]:
@@ -126,44 +105,33 @@ def _match(problem: Problem, preset: str, overrides: Overrides, players: Mapping
     game.metrics()
 
 
-def _single(env_id: str, preset: str) -> None:
-    env: Any = gymnasium.make(env_id, preset=preset).unwrapped
-    _, info = env.reset(seed=0)
-    neutral = env.game.neutral_action[env.role]
-    for _ in range(DECISIONS):
-        _, _, terminated, truncated, _ = env.step(neutral if "action_mask" in info else env.action_space.sample())
-        if terminated or truncated:
-            break
-    env.close()
+def _adapter(problem: Problem, role: Role, name: str) -> None:
+    """Play a role through an adapter in the first preset that it fits."""
+    everyone = np.ones(ENVS, np.bool_)
+    for config in problem.presets.values():
+        game = problem.game(config, ENVS)
+        try:
+            outside = Outside(game, role, name)
+        except ConfigurationError:
+            continue
+        game.reset(everyone, seeded(range(ENVS)))
+        adapter, seen, state = outside.adapter, outside.seen(), outside.adapter.begin(ENVS)
+        adapter.observe(seen, state)
+        neutral = np.stack([np.stack([adapter.neutral_action] * len(outside.agents))] * ENVS)
+        action, _ = outside.act(seen, state, neutral)
+        outside.rewards(game.advance({role: action}, everyone, game.decision_interval[role]))
+        return
 
 
-def _vector(env_id: str, preset: str) -> None:
+def _vector(env_id: str) -> None:
     """Batches with both ways of starting anew, which they do after two decisions."""
     for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP):
-        options: dict[str, Any] = {"preset": preset, "autoreset_mode": mode, "max_episode_steps": 2}
-        envs: Any = gymnasium.make_vec(env_id, ENVS, "vector_entry_point", **options)
+        envs: Any = gymnasium.make_vec(env_id, ENVS, "vector_entry_point", autoreset_mode=mode, max_episode_steps=2)
         _, info = envs.reset(seed=0)
         neutral = np.stack([envs.game.neutral_action[envs.role]] * ENVS)
         for _ in range(DECISIONS + 1):
             envs.step(neutral if "action_mask" in info else envs.action_space.sample())
         envs.close()
-
-
-def _agents(make: Callable[[], Any]) -> None:
-    """An environment of PettingZoo's."""
-    env = make()
-    _, infos = env.reset(seed=0)
-    for _ in range(DECISIONS):
-        if env.agents:
-            env.step({agent: _legal(env.action_space(agent), infos[agent]) for agent in env.agents})
-    env.close()
-
-
-def _legal(space: Any, info: Mapping[str, Any]) -> Any:
-    if "action_mask" not in info:
-        return space.sample()
-    mask = info["action_mask"]
-    return space.sample(mask=mask) if hasattr(space, "n") else np.zeros(space.shape, np.int64)
 
 
 @dataclass

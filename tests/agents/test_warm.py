@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-import cps_agents.warm
 from cps_agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
 from cps_envs.core.compiling import compiled, told
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.kernel_cache import UNKEPT
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
@@ -21,15 +21,10 @@ invoke = partial(command_line.invoke, "warm", "--jobs", "1")
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
-def test_presets_interfaces_and_policies_are_visited(problem: Any) -> None:
+def test_presets_and_policies_are_visited(problem: Any) -> None:
     uses = [visit.what for visit in visits(problem)]
     assert len(set(uses)) == len(uses)
-    for preset in problem.presets:
-        assert {f"{preset}: {role}, {form}" for role in ROLES for form in ("single", "vector")} <= set(uses)
-        assert f"{preset}: parallel" in uses
-        swarms = {use for use in uses if use.startswith(f"{preset}: ") and use.endswith(" swarm")}
-        assert swarms <= {f"{preset}: {role} swarm" for role in problem.swarm}
-    assert {f"learning: {role} swarm" for role in problem.swarm} <= set(uses)
+    assert {*problem.presets, *(f"{role}, vector" for role in ROLES)} <= set(uses)
     assert {f"{role} {name}" for role in ROLES for name in policy_names(problem.name, role)} <= set(uses)
     assert any("zoo:" in use for use in uses)
 
@@ -40,6 +35,9 @@ def test_nothing_is_left_to_compile_after_warming() -> None:
     before = list(compiled)
     for visit in visits(TOY):
         visit.play()
+    env = RolesParallelEnv(TOY)
+    env.reset(seed=0)
+    env.step({agent: env.action_space(agent).sample() for agent in env.agents})
     assert compiled == before
     assert found.uses == len(list(visits(TOY))) + len(list(visits(TESTBED)))
 
@@ -48,7 +46,7 @@ def test_nothing_is_left_to_compile_after_warming() -> None:
 def little(monkeypatch: pytest.MonkeyPatch) -> list[Visit]:
     """What a problem's visits are for the command."""
     uses = [Visit("rogue", "in passing", lambda: None)]
-    monkeypatch.setattr(cps_agents.commands.warm, "visits", lambda problem: iter(uses))
+    monkeypatch.setattr("cps_agents.commands.warm.visits", lambda problem: iter(uses))
     return uses
 
 

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from cps_agents.commands.options import AsJson, Jobs
 from cps_agents.console import err, out, print_json
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
@@ -25,12 +26,12 @@ FAILED = 1
 
 def warm(
     only: Annotated[list[str] | None, typer.Option("--problem", help="Compile this one; may be repeated.")] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Use so many processes, by default all cores.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    jobs: Jobs = None,
+    as_json: AsJson = False,
 ) -> None:
     """Compile all physics now, so that no later command has to wait for it.
 
-    Every preset, interface and policy of a problem is used for a moment.
+    Every preset, adapter and policy of a problem is used for a moment.
     What was compiled before is loaded, so a second call takes seconds.
     Press Ctrl-C at any time: finished kernels are kept.
 
@@ -62,7 +63,7 @@ def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
     done, total = 0, sum(len(uses) for _, uses in todo)
     found = {}
     with Progress("warm", total) as progress, Workers(min(jobs, len(todo))) as workers:
-        progress.say(f"{total} presets, interfaces and policies of {', '.join(name for name, _ in todo)}")
+        progress.say(f"{total} presets, adapters and policies of {', '.join(name for name, _ in todo)}")
 
         def report(visit: Visit) -> None:
             nonlocal done
