@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import Result
 
-from cps_baselines.hvac.calibrated import SEEDS, SHIPPED, calibrate, calibrated_threshold, shipped_thresholds
+from cps_baselines.hvac.calibrated import SEEDS, calibrate, calibrated_threshold, shipped_thresholds
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
@@ -18,7 +18,7 @@ from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 from tests.agents.command_line import invoke, refusal
 from tools.command import program
-from tools.hvac.calibrate import calibrate_mtd2
+from tools.hvac.calibrate import SHIPPED, calibrate_mtd2
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 SHORT_DAY = ["--set", "num_steps=90", "--set", "window_steps=40", "--set", "onset_step=45"]

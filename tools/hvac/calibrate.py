@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -12,19 +13,32 @@ from cps_agents.console import assignments, err, out, print_json
 from cps_agents.files import write_json
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
-from cps_baselines.hvac.calibrated import (
-    DEFENDER,
-    MARGIN,
-    SEEDS,
-    SETTLING_STEPS,
-    SHIPPED,
-    Calibration,
-    Level,
-    calibrate,
-)
+from cps_baselines.hvac.calibrated import DEFENDER, HARD, MARGIN, SEEDS, SETTLING_STEPS, Calibration, calibrate
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.problem import HVAC
 from tools.command import run
 
 DIGITS = 6
+
+
+class Level(NamedTuple):
+    """A preset with overrides, for which the threshold of MTD2 is calibrated."""
+
+    preset: str
+    overrides: Mapping[str, Any]
+
+    @property
+    def config(self) -> HvacConfig:
+        """The configuration that they name."""
+        config: HvacConfig = HVAC.config(self.preset, self.overrides)
+        return config
+
+
+SHIPPED = tuple(
+    Level(preset, {"num_sensors": sensors, **mismatch})
+    for preset, mismatch in (("paper", {}), ("easy", {}), ("easy", HARD))
+    for sensors in (4, 8)
+)
 
 
 def calibrate_mtd2(

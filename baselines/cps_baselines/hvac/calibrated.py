@@ -7,11 +7,11 @@ It is found from the residuals that the sets have while nobody attacks. In a che
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -30,28 +30,8 @@ MARGIN = 1.2
 SETTLING_STEPS = 20  # the mean of fewer residuals scatters too much
 SEEDS = tuple(range(1000, 1005))
 DEFENDER = "mtd1"  # does not use a threshold
-HARD = {"model_error": 0.05, "unmeasured_heat_w": 100.0}
+HARD = {"model_error": 0.05, "unmeasured_heat_w": 100.0}  # the hard level of preset `easy`
 Report = Callable[[int], None]  # steps done
-
-
-class Level(NamedTuple):
-    """A preset with overrides, for which the threshold of MTD2 is calibrated."""
-
-    preset: str
-    overrides: Mapping[str, Any]
-
-    @property
-    def config(self) -> HvacConfig:
-        """The configuration that they name."""
-        config: HvacConfig = HVAC.config(self.preset, self.overrides)
-        return config
-
-
-SHIPPED = tuple(
-    Level(preset, {"num_sensors": sensors, **mismatch})
-    for preset, mismatch in (("paper", {}), ("easy", {}), ("easy", HARD))
-    for sensors in (4, 8)
-)
 
 
 @dataclass(frozen=True)
