@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.reading import levels_of, read, vehicles
+from cps_baselines.rogue.reading import levels_of, nearest, read, vehicles
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import Record, clip, inlined, kernel, records, unpack
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
@@ -133,7 +133,7 @@ def _escort_all(
             if i > seat >= 0:
                 open_m = max(missing_m, missing_m - late_m)
                 wanted = evade(values, at, i, seat, open_m, bumpers_m, w, gaps[b], rates[b])
-                orders[b, 2 * i] = len(CONTROLLERS) + nearest(wanted, levels_mps2)
+                orders[b, 2 * i] = len(CONTROLLERS) + nearest(levels_mps2, wanted)
 
 
 @inlined
@@ -185,12 +185,3 @@ def evade(
         left_m = max(gap - w.wanted_m, LEAST_GAP_M)
         home = max(home, w.pushed * behind_mps2 + w.stopping * beyond * beyond / (2.0 * left_m))
     return float(home)
-
-
-@inlined
-def nearest(wanted: float, levels: FloatArray) -> int:
-    """The place of the level that is nearest."""
-    best = 0
-    for k in range(1, levels.size):
-        best = k if abs(levels[k] - wanted) < abs(levels[best] - wanted) else best
-    return best

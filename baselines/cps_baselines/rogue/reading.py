@@ -29,6 +29,16 @@ def vehicles(values: FloatArray, at: Record, longest: int) -> int:
 
 
 @inlined
+def nearest(values: FloatArray, value: float) -> int:
+    """The index of the nearest of some values."""
+    best = 0
+    for k in range(values.size):
+        if abs(value - values[k]) < abs(value - values[best]):
+            best = k
+    return best
+
+
+@inlined
 def linear_effort(
     observation: Observation, scale: FloatArray, b: int, at: Record, gains: tuple[float, float], e: Record
 ) -> float:

@@ -8,9 +8,9 @@ from importlib.resources import files
 
 import numpy as np
 
-from cps_baselines.rogue.reading import read, recalled
+from cps_baselines.rogue.reading import nearest, read, recalled
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.kernels import inlined, kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Observation
@@ -89,16 +89,6 @@ def _switch(
         form += weights[5]
         if abs(form) > abs(weights[6]):
             sign[b] = np.sign(form)
-
-
-@inlined
-def nearest(values: FloatArray, value: float) -> int:
-    """The index of the nearest of some values."""
-    best = 0
-    for k in range(values.size):
-        if abs(value - values[k]) < abs(value - values[best]):
-            best = k
-    return best
 
 
 def _found_against(defender: str) -> tuple[FloatArray, FloatArray]:
