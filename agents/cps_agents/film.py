@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -101,6 +101,7 @@ SUFFIXES = (".mp4", ".gif", *PICTURES)
 SPEED = 10.0  # game seconds per second of film
 GIF_FRAMES, GIF_COLOURS = 100, 64  # at most, so that it fits into a page
 Shoot = Callable[[Array], None]
+Camera: TypeAlias = tuple[Renderer, Callable[[], None]]  # what draws, and what takes a frame
 
 
 @dataclass(frozen=True)
@@ -145,29 +146,19 @@ class Film:
             stride = max(stride, game.horizon / (GIF_FRAMES - 1))
         return [*np.unique(np.arange(0, game.horizon, stride).round().astype(int)).tolist(), game.horizon]
 
-    def camera(self, problem: Problem, game: Game) -> Camera:
-        """What draws the first environment of a game, and shoots frames of it as long as `shooting` is open."""
+    def shooting(self, problem: Problem, game: Game) -> AbstractContextManager[Camera]:
+        """While the first environment of a game is drawn and frames of it are taken."""
         if self.suffix == ".svg":
-            return _drawing(self, problem, game)
+            return nullcontext(_drawing(self, problem, game))
         renderer = Renderer(problem, game)
-        return Camera(renderer, _screen(renderer) if self.target == SCREEN else _recorder(self, renderer))
-
-
-@dataclass(frozen=True)
-class Camera:
-    """The renderer of a film, and a context whose function takes a frame."""
-
-    renderer: Renderer
-    shooting: AbstractContextManager[Callable[[], None]]
+        return _screen(renderer) if self.target == SCREEN else _recorder(self, renderer)
 
 
 def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int, int], None]) -> FloatArray:
     """Play a match that has been reset to its end, showing its first environment; returns the payoff (B,)."""
     game, stops = match.game, film.stops(match.game)
-    payoff, now, running, camera = np.zeros(game.num_envs), 0, True, film.camera(problem, game)
-    renderer = camera.renderer
-    with ExitStack() as stack:
-        shoot = stack.enter_context(camera.shooting)
+    payoff, now, running = np.zeros(game.num_envs), 0, True
+    with film.shooting(problem, game) as (renderer, shoot):
         for place, stop in enumerate([*stops, game.horizon]):
             watched = place < len(stops) and renderer.remembers
             while stop > now and not game.terminated.all():
@@ -184,7 +175,7 @@ def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int
 
 
 @contextmanager
-def _screen(renderer: Renderer) -> Iterator[Callable[[], None]]:
+def _screen(renderer: Renderer) -> Iterator[Camera]:
     def shoot() -> None:
         try:
             renderer.show()
@@ -194,7 +185,7 @@ def _screen(renderer: Renderer) -> Iterator[Callable[[], None]]:
             raise CommandError("there is no display to open a window on: use --render FILE.mp4, .gif or .png")
 
     try:
-        yield shoot
+        yield renderer, shoot
     finally:
         renderer.close()
 
@@ -211,13 +202,13 @@ def _drawing(film: Film, problem: Problem, game: Game) -> Camera:
         renderer.draw()
         write_text(Path(film.target), to_svg(recorder, f"An episode of {problem.name}"))
 
-    return Camera(renderer, nullcontext(shoot))
+    return renderer, shoot
 
 
 @contextmanager
-def _recorder(film: Film, renderer: Renderer) -> Iterator[Callable[[], None]]:
+def _recorder(film: Film, renderer: Renderer) -> Iterator[Camera]:
     with replacing(Path(film.target)) as draft, _writer(draft, film) as write:
-        yield lambda: write(renderer.frame())
+        yield renderer, lambda: write(renderer.frame())
 
 
 def _writer(path: Path, film: Film) -> AbstractContextManager[Shoot]:

@@ -18,7 +18,7 @@ AnyJob = TypeVar("AnyJob", bound=Job)
 QUICK_EPISODES = 2
 
 
-def silent(done: int, total: int, label: str) -> None:
+def silent(*told: object) -> None:
     """Report nothing."""
 
 

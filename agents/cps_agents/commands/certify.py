@@ -6,10 +6,10 @@ The starts and gains of those episodes (`--episodes`) are drawn.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -27,9 +27,6 @@ from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.optima import KIND, REMEDY, Record, constants, from_entry, to_text
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.task import Task, parse_task
-
-if TYPE_CHECKING:
-    Records = dict[Task, Record]
 
 
 def certify(
@@ -91,29 +88,20 @@ def certify_tasks(
         left = open_tasks(tasks, known, improve=improve)
         header = _header(commands)
         solved = sweep(config, left, dict(known), **limits)
-        known = _kept(solved, len(left), known, lambda records: write_text(path, to_text(header, config, records)))
+        with Progress("tasks", len(left)) as progress:
+            for done, record in enumerate(solved, 1):
+                known[record.task] = record
+                write_text(path, to_text(header, config, known.values()))
+                progress.update(done, f"{record.task}: {record.status}")
     chosen = [known[wanted] for wanted in tasks]
     if as_json:
-        print_json(_document(header, config, chosen))
+        print_json(json.loads(to_text(header, config, chosen)))
     else:
         _show(config, chosen)
     err().print(f"{len(left)} tasks solved, {len(chosen) - len(left)} known before: {path}", soft_wrap=True)
 
 
-def _kept(
-    solved: Iterable[Record], count: int, earlier: Records, write: Callable[[Collection[Record]], None]
-) -> Records:
-    """Every finished task, each written at once beside the earlier ones, with a line of progress."""
-    records = dict(earlier)
-    with Progress("tasks", count) as progress:
-        for done, record in enumerate(solved, 1):
-            records[record.task] = record
-            write(records.values())
-            progress.update(done, f"{record.task}: {record.status}")
-    return records
-
-
-def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
+def _earlier(path: Path, config: FdiConfig) -> tuple[dict[Task, Record], list[str]]:
     """The records that a file holds already and the commands that found them; nothing where there is none.
 
     Raises:
@@ -139,10 +127,6 @@ def _header(earlier: list[str]) -> dict[str, Any]:
     commands = [*earlier, command] if command not in earlier[-1:] else earlier
     versions = {package: version(package) for package in ("cps-envs", "highspy", "numpy")}
     return {"commands": commands, "versions": versions}
-
-
-def _document(header: Mapping[str, Any], config: FdiConfig, records: Iterable[Record]) -> Any:
-    return json.loads(to_text(header, config, records))
 
 
 def _show(config: FdiConfig, records: list[Record]) -> None:

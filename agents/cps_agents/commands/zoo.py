@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
 from cps_agents.files import write_text
 from cps_agents.league.self_play_report import ship_mixtures
@@ -17,13 +18,12 @@ from cps_agents.zoo.markdown import to_markdown
 from cps_agents.zoo.merging import cards_below, merge
 
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
-JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 @app.command("list")
 def list_policies(
     folder: Annotated[Path | None, typer.Option(help="Folder of your own policies; default: the shipped ones.")] = None,
-    as_json: JSON = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the policies in a folder; default: those of the package."""
     cards = _cards(folder or SHIPPED)
@@ -38,7 +38,7 @@ def list_policies(
 @app.command()
 def show(
     name: Annotated[str, typer.Argument(help="Shipped policy, path of a card, or folder of a training run.")],
-    as_json: JSON = False,
+    as_json: AsJson = False,
 ) -> None:
     """Show how a policy was trained, what it reached on validation seeds, and its named numbers."""
     card = read_card(find(name))
@@ -73,7 +73,7 @@ def add(
         "zoo"
     ),
     name: Annotated[str | None, typer.Option(help="Name of the policy; default: the recipe's.")] = None,
-    as_json: JSON = False,
+    as_json: AsJson = False,
 ) -> None:
     """Combine the best networks of several training seeds into one policy, zoo:FOLDER/NAME.json."""
     cards = [card for run in runs for card in cards_below(run)]
@@ -90,7 +90,7 @@ def add(
 def mix(
     result: Annotated[Path, typer.Argument(metavar="SELF-PLAY.json", help="What `cps-envs self-play` wrote.")],
     folder: Annotated[Path, typer.Option("--to", help="Where the two policies go.")] = Path("zoo"),
-    as_json: JSON = False,
+    as_json: AsJson = False,
 ) -> None:
     """Put the final mixed strategies of a self-play into policies, one of each role.
 

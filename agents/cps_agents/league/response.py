@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cps_agents.arena.admission import admit
-from cps_agents.arena.play import finish_all
+from cps_agents.arena.play import finish_all, silent
 from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
@@ -19,7 +19,9 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.search import SearchJob
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of
+from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation
+from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
@@ -34,10 +36,6 @@ SEARCH_EPISODES = 16  # of a candidate
 USUAL_S = 60.0  # CPU time of our own PPO and of all searches together, where nothing bounds them
 WARM_UP = 4  # updates of the value alone, where learning begins with a trained network
 Tell = Callable[[str], None]
-
-
-def silent(line: str) -> None:
-    """Say nothing."""
 
 
 @dataclass(frozen=True)
@@ -234,9 +232,6 @@ def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) 
     Raises:
         CommandError: see `cps_agents.learning.learner.learn`.
     """
-    from cps_agents.learning.learner import train_all
-    from cps_agents.learning.run import TrainingJob
-
     jobs = [
         TrainingJob(recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume)
         for seed in budget.training_seeds

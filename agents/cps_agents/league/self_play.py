@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from cps_agents.arena.play import silent
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.console import to_json
@@ -21,7 +22,7 @@ from cps_agents.files import write_json
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import Payoffs, play_table
 from cps_agents.league.oracles import Oracle
-from cps_agents.league.response import Budget, Question, Response, Responses, Tell, respond, silent
+from cps_agents.league.response import Budget, Question, Response, Responses, Tell, respond
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.progress import Progress
 from cps_baselines.arena import Contestant, Venue

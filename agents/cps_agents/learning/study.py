@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.recipe import SHARED, Recipe, changed
+from cps_agents.learning.learner import learn
+from cps_agents.learning.recipe import SHARED, Recipe, changed, knobs_of
+from cps_agents.learning.run import TrainingJob
+from cps_agents.progress import Progress
+from cps_baselines.workers import Workers
 from cps_envs.core.documents import typed
 
 if TYPE_CHECKING:
     import optuna
-
-    from cps_agents.progress import Progress
 
 USUAL: Mapping[str, str] = {  # ranges of our own PPO
     "learning_rate": "1e-4:1e-2:log",
@@ -70,9 +71,6 @@ class Study:
         Raises:
             CommandError: the folder holds a study of something else, or no trial has ended well.
         """
-        from cps_agents.progress import Progress
-        from cps_baselines.workers import Workers
-
         study = self.open()
         self._check_same(study)
         done = finished(study)
@@ -118,14 +116,11 @@ class Study:
         return study
 
     def _check_same(self, study: optuna.Study) -> None:
-        from cps_agents.learning.recipe import knobs_of
-
         mine = {"recipe": knobs_of(self.recipe), "ranges": dict(self.ranges), "seeds": self.seeds}
         kept = study.user_attrs.get("subject")
         if kept is None:
-            study.set_user_attr("subject", json.loads(json.dumps(mine)))
-        elif kept != json.loads(json.dumps(mine)):
-            other = [name for name, value in mine.items() if kept.get(name) != json.loads(json.dumps(value))]
+            study.set_user_attr("subject", mine)
+        elif other := [name for name, value in mine.items() if kept.get(name) != value]:
             raise CommandError(
                 f"{self.path} holds a study of something else (other: {', '.join(other)}). Choose another --out, or "
                 "delete it."
@@ -142,9 +137,6 @@ class Trial(NamedTuple):
 
 def _train(trial: Trial) -> float | str:
     """The mean score of a trial's runs, or why there is none."""
-    from cps_agents.learning.learner import learn
-    from cps_agents.learning.run import TrainingJob
-
     study = trial.study
     home, command = study.folder / f"trial-{trial.number}", f"cps-envs tune {study.recipe.name}"
     try:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cps_agents.arena.play import silent
 from cps_agents.zoo.references import form_of
 from cps_baselines.tracks import Track
 from cps_envs.core.lookup import PolicyReference
@@ -18,10 +19,6 @@ from cps_envs.registration import find_problem
 BATCH = 256  # episodes at a time
 Seeds = Sequence[Sequence[int]]  # of each opponent of the panel
 Report = Callable[[int], None]  # episodes played
-
-
-def silent(done: int) -> None:
-    """Report nothing."""
 
 
 def seeds_of(track: Track, split: str, episodes: int, draw: int = 0) -> list[range]:

@@ -10,13 +10,14 @@ from typing import Any, Literal
 
 import numpy as np
 
+from cps_agents.arena.play import silent
 from cps_agents.arena.sources import sources_of
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.errors import CommandError
 from cps_agents.machine import versions
 from cps_agents.scoring.frozen import DEV, Frozen, read_frozen, rounded, texts
 from cps_agents.scoring.kind import Kind, kind_of
-from cps_agents.scoring.playing import Report, parted, pays, seeds_of, silent
+from cps_agents.scoring.playing import Report, parted, pays, seeds_of
 from cps_agents.zoo.lookup import playable
 from cps_agents.zoo.references import by_training_seed
 from cps_baselines.tracks import CHALLENGE, find_track

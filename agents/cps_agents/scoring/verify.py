@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cps_agents.arena.play import silent
 from cps_agents.arena.sources import sources_of
 from cps_agents.errors import CommandError
 from cps_agents.scoring.frozen import TOLERANCE, read_frozen, read_pays
@@ -74,7 +75,7 @@ def read_score(path: Path) -> Score:
     return found
 
 
-def verify(path: Path, *, audit: bool = False, draw: int | None = None, say: Said = lambda line: None) -> Score:
+def verify(path: Path, *, audit: bool = False, draw: int | None = None, say: Said = silent) -> Score:
     """Refuse a file whose policy does not reach its score; say what was found.
 
     Some episodes, which the file's own hash draws, are played again. An `audit` also plays seeds that nobody could
