@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, near
+from cps_envs.core.kernels import records
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State, ask, begins, begun
@@ -68,6 +69,15 @@ class Family:
         moved = points * step
         found: FloatArray = np.where(by_factors, start * np.exp(np.where(by_factors, moved, 0.0)), start + moved)
         return found
+
+
+def as_records(numbers: Any, rows: FloatArray) -> Array:
+    """Rows (B, k) of the numbers of a named tuple, or one row (k,), as records (B,) that kernels read by name."""
+    rows = np.atleast_2d(np.asarray(rows, np.float64))
+    table = records(numbers, len(rows))
+    for name, column in zip(numbers._fields, rows.T, strict=True):
+        table[name] = column
+    return table
 
 
 def play_family(

@@ -79,7 +79,7 @@ def league(
             found = play_league(table, references, store, cores, progress.report, oracles=oracles)
         wall_s = time.monotonic() - started
         files = _write(found, document(found, describe(), wall_s), folder)
-        files += [] if html is None else [_page(found, store, cores, html)]
+        files += [] if html is None else [_page(found, cores, html)]
     if as_json:
         print_json(document(found, describe(), wall_s))
     else:
@@ -95,9 +95,9 @@ def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
     return files
 
 
-def _page(found: League, store: Store, cores: int, folder: Path) -> Path:
+def _page(found: League, cores: int, folder: Path) -> Path:
     with Progress("episodes to watch", 1) as progress:
-        return write_report(Report([board_of(found, store)]), folder, cores, progress.report)
+        return write_report(Report([board_of(found)]), folder, cores, progress.report)
 
 
 def _show(found: League) -> None:

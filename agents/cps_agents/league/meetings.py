@@ -15,9 +15,10 @@ from typing import TypeAlias
 
 import numpy as np
 
+from cps_agents.arena.meeting import Result
 from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.store import Store
-from cps_agents.arena.table import Table, scores
+from cps_agents.arena.table import Pair, Table, scores
 from cps_agents.errors import explain
 from cps_agents.zoo.references import is_trained
 from cps_baselines.arena import Contestant, Venue
@@ -91,13 +92,26 @@ class Payoffs:
 
     values: FloatArray  # (m, n, E)
     cpu_s: FloatArray  # (m, n)
-    reused: int  # pairs that had played before
+    results: Mapping[Pair, Result]
+    reused: int = 0  # pairs that had played before
 
     @property
     def means(self) -> FloatArray:
         """The matrix (m, n)."""
         found: FloatArray = self.values.mean(axis=2)
         return found
+
+
+def payoffs_of(table: Table, results: Mapping[Pair, Result], reused: int = 0) -> Payoffs:
+    """What the table measures, from the results of every pair.
+
+    Raises:
+        UnknownNameError: there is no such metric.
+    """
+    shape = (len(table.attackers), len(table.defenders))
+    values = np.array([scores([results[pair]], table.metric)[0] for pair in table.pairs]).reshape(*shape, -1)
+    cpu_s = np.array([results[pair]["cpu_s"] for pair in table.pairs]).reshape(shape)
+    return Payoffs(values, cpu_s, results, reused)
 
 
 def play_table(table: Table, store: Store, pool: Workers, report: Report = silent) -> Payoffs:
@@ -108,12 +122,7 @@ def play_table(table: Table, store: Store, pool: Workers, report: Report = silen
         CommandError: a pair cannot play.
     """
     played = play([table], store, pool, report=report)
-    values = np.zeros((len(table.attackers), len(table.defenders), table.episodes))
-    cpu_s = np.zeros(values.shape[:2])
-    for place, (result,) in played.results.items():
-        values[place[1:]] = scores([result], table.metric)
-        cpu_s[place[1:]] = result["cpu_s"]
-    return Payoffs(values, cpu_s, played.reused)
+    return payoffs_of(table, {place[1:]: result for place, (result,) in played.results.items()}, played.reused)
 
 
 def has_played(table: Table, role: Role, place: int, store: Store) -> bool:

@@ -21,7 +21,7 @@ from cps_agents.arena.table import RETURN, Pair, Table
 from cps_agents.catalogue import policies
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.league import League, check_anybody, line_up, standings
-from cps_agents.league.meetings import LeftOut, Payoffs
+from cps_agents.league.meetings import LeftOut, payoffs_of
 from cps_agents.report.replay import Take
 from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.references import PREFIX, card_of, is_missing
@@ -65,11 +65,9 @@ class Board:
         }
 
 
-def board_of(league: League, store: Store) -> Board:
-    """The board of a league that has been played, with all metrics that `store` has of its meetings."""
-    board = Board(league.table, league.left_out, {}, league=league)
-    kept = {pair: result for pair in board.table.pairs if (result := _kept(board.table, store, pair)) is not None}
-    return replace(board, results=kept)
+def board_of(league: League) -> Board:
+    """The board of a league that has been played."""
+    return Board(league.table, league.left_out, league.payoffs.results, league=league)
 
 
 def kept_board(table: Table, store: Store) -> Board:
@@ -219,8 +217,8 @@ def play_board(
         attackers, defenders = some(present.attackers, most), some(present.defenders, most)
         shown = replace(present, attackers=attackers, defenders=defenders)
         results, refused = _play(shown, store, pool, told)
-    board = Board(shown, left_out, results, refused)
-    return replace(board, league=_league(board))
+    whole = League(shown, left_out, payoffs_of(shown, results)) if len(results) == len(shown.pairs) else None
+    return Board(shown, left_out, results, refused, whole)
 
 
 def some(players: Sequence[Contestant], most: int | None) -> Sequence[Contestant]:
@@ -259,15 +257,3 @@ def _try(item: tuple[Pair, Meeting]) -> tuple[Result | None, str]:
         return attempt(item[1]), ""
     except CommandError as error:
         return None, explain(error.__cause__ if isinstance(error.__cause__, Exception) else error) or str(error)
-
-
-def _league(board: Board) -> League | None:
-    """The league of a board on which every pair has played."""
-    table = board.table
-    if len(board.results) < len(table.pairs):
-        return None
-    shape = (len(table.attackers), len(table.defenders))
-    values, cpu_s = np.zeros((*shape, table.episodes)), np.zeros(shape)
-    for pair, result in board.results.items():
-        values[pair], cpu_s[pair] = result["metrics"][RETURN], result["cpu_s"]
-    return League(table, board.left_out, Payoffs(values, cpu_s, 0))

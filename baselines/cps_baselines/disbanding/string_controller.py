@@ -15,9 +15,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from cps_baselines.disbanding.corrections import HOLD_S, Corrections, Layout, Sight, look, sight_for
+from cps_baselines.family import as_records
 from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, record_type, unpack
+from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, unpack
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
@@ -90,8 +91,7 @@ class StringController(Corrections):
         super().__init__(spec, detection_mps=found[1] if detection_mps is None else detection_mps, hold_s=hold_s)
         if self.gains.shape[-2:] != SHAPE:
             raise ValueError(f"gains of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.gains.shape}")
-        rows = np.ascontiguousarray(self.gains.reshape(-1, SIZE))
-        self.table: Array = rows.view(record_type(Gains))[:, 0]  # leaders' and others' by turns
+        self.table = as_records(Gains, self.gains.reshape(-1, SIZE))  # leaders' and others' by turns
 
     def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""

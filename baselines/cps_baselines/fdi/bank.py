@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.fdi.innovation_tests import DRIFT, GATE, RATE_THRESHOLD, THRESHOLD, gate_of
-from cps_baselines.fdi.platoon_filter import gains_of, platoon_filter
+from cps_baselines.fdi.platoon_filter import gains_of, hear, platoon_filter
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import decode_entry
 from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, fill, inlined, kernel, lend
+from cps_envs.core.kernels import borrowed, inlined, kernel, lend
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
@@ -139,14 +139,7 @@ def _judge(
     for b in range(observation.shape[0]):
         row = borrowed(observation)[b]
         step = horizon - int(np.rint(decode_entry(row, f.scale, at.steps_left)))
-        for j in range(readings // 2):
-            told[j] = decode_entry(row, f.scale, at.range_error + j)
-            told[readings // 2 + j] = decode_entry(row, f.scale, at.range_rate + j)
-        fill(moved, 0.0)
-        for i in range(n):
-            command = decode_entry(row, f.scale, at.command + i)
-            for k in range(2 * n):
-                moved[k] += f.command[k, i] * command
+        hear(row, at, f.scale, f.command, told, moved)
         chosen, least = 0, np.inf
         for k in range(f.trusted.shape[0]):
             own = borrowed(predictions)[b, k]

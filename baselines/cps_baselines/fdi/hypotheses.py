@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cps_baselines.fdi.disturbance_filter import hypothesis_filters
-from cps_baselines.fdi.platoon_filter import platoon_filter
+from cps_baselines.fdi.platoon_filter import hear, platoon_filter
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import decode_entry
 from cps_envs.core.holding import hold
@@ -170,7 +170,7 @@ def _judge(
     for b in range(observation.shape[0]):
         row = borrowed(observation)[b]
         step = f.horizon[0] - int(np.rint(decode_entry(row, f.scale, at.steps_left)))
-        look(f, row, s)
+        hear(row, at, f.scale, f.command, s.told, s.moved)
         honest, best, most = 0.0, 0, -np.inf
         for k in range(hypotheses):
             own = borrowed(estimates)[b, k]
@@ -194,20 +194,6 @@ def _judge(
         for i in range(n):
             level = int(np.rint(s.wanted[i] / f.level_mps2[0]))
             actions[b, readings + i] = f.levels[0] + min(max(level, -f.levels[0]), f.levels[0])
-
-
-@inlined
-def look(f: Filters, row: Observation, s: Scratch) -> None:
-    """Read what the sensors tell now, and what the last commands did."""
-    at, half, n = f.offsets[0], s.told.size // 2, f.command.shape[1]
-    for j in range(half):
-        s.told[j] = decode_entry(row, f.scale, at.range_error + j)
-        s.told[half + j] = decode_entry(row, f.scale, at.range_rate + j)
-    fill(s.moved, 0.0)
-    for i in range(n):
-        command = decode_entry(row, f.scale, at.command + i)
-        for k in range(2 * n):
-            s.moved[k] += f.command[k, i] * command
 
 
 @inlined

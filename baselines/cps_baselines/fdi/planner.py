@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from cps_baselines.family import as_records
 from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
 from cps_baselines.fdi.planning import MODULUS, Habits, improve_plans
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import record_type
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray
@@ -55,8 +55,7 @@ class Planner(InjectionPolicy):
                 'Planner needs limits = "hard", discretisation = "zohu", no disturbance and one attacked sensor, as in '
                 'preset "drawn"'
             )
-        rows = np.ascontiguousarray(habits, dtype=np.float64)
-        self.habits: Array = rows.view(record_type(Habits))[:, 0]
+        self.habits = as_records(Habits, habits)
         self.first_plans, self.later_plans = first_plans, later_plans
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:

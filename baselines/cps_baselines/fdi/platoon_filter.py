@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.core.fields import decode_entry
+from cps_envs.core.kernels import Record, fill, inlined
+from cps_envs.core.types import BoolArray, FloatArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.estimation import state_of, variance_of
 from cps_envs.fdi.state import Constants, constants_of, disturbance_covariance
@@ -57,6 +59,22 @@ def trusting(config: FdiConfig) -> tuple[FloatArray, FloatArray]:
     law = platoon_filter(config)
     gains, deviations = gains_of(law, [np.ones(len(law.view), np.bool_)], config.horizon + 1)
     return gains[:, 0], deviations[:, 0]
+
+
+@inlined
+def hear(
+    row: Observation, at: Record, scale: FloatArray, command: FloatArray, told: FloatArray, moved: FloatArray
+) -> None:
+    """Fill in what the sensors tell now (R,), and what the last commands did (2n,) by `command` (2n, n)."""
+    half = told.size // 2
+    for j in range(half):
+        told[j] = decode_entry(row, scale, at.range_error + j)
+        told[half + j] = decode_entry(row, scale, at.range_rate + j)
+    fill(moved, 0.0)
+    for i in range(command.shape[1]):
+        commanded = decode_entry(row, scale, at.command + i)
+        for k in range(moved.size):
+            moved[k] += command[k, i] * commanded
 
 
 def gains_of(law: PlatoonFilter, sets: Sequence[BoolArray], steps: int) -> tuple[FloatArray, FloatArray]:

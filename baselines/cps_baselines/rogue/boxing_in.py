@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from cps_baselines.family import as_records
 from cps_baselines.rogue.reading import read
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, clip, inlined, kernel, records, unpack
+from cps_envs.core.kernels import Record, clip, inlined, kernel, unpack
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Observation
@@ -66,7 +67,7 @@ class BoxingIn(AnalyticPolicy):
             raise ConfigurationError('boxing in needs defense_action="command" and orders="intact"')
         if sets.shape[1] != 2 * SIZE:
             raise ConfigurationError(f"{2 * SIZE} numbers were expected, got {sets.shape[1]}")
-        self._behind, self._ahead = _table(sets[:, :SIZE]), _table(sets[:, SIZE:])
+        self._behind, self._ahead = (as_records(Manners, half) for half in np.hsplit(sets, 2))
         self._sizes, self._limits = (config.separation_m, config.vehicle_length_m), command_limits(config)
 
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
@@ -77,15 +78,6 @@ class BoxingIn(AnalyticPolicy):
         braking, driving = self._limits
         actions = orders_mps2 / np.where(orders_mps2 < 0.0, braking, driving)
         return actions.clip(-1.0, 1.0), state
-
-
-def _table(rows: FloatArray) -> Array:
-    """Rows (B, 19) of numbers as records (B,)."""
-    kind: Any = Manners
-    table = records(kind, len(rows))
-    for name, column in zip(Manners._fields, rows.T, strict=True):
-        table[name] = column
-    return table
 
 
 @kernel

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from cps_baselines.family import as_records
 from cps_baselines.rogue.reading import levels_of, nearest, read, vehicles
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, clip, inlined, kernel, records, unpack
+from cps_envs.core.kernels import Record, clip, inlined, kernel, unpack
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
@@ -62,11 +63,7 @@ class Escort(AnalyticPolicy):
         config = spec.config
         if config.defense_action != "either" or not config.hidden:
             raise ConfigurationError('an escort needs defense_action="either" and orders="all", as in preset learning')
-        kind: Any = Ways
-        sets = np.atleast_2d(np.asarray(numbers, np.float64))
-        self._ways = records(kind, len(sets))
-        for name, column in zip(Ways._fields, sets.T, strict=True):
-            self._ways[name] = column
+        self._ways = as_records(Ways, numbers)
         self._levels_mps2 = levels_of(config)
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:

@@ -9,13 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_baselines.family import as_records
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.controllers import require_modes
 from cps_baselines.rogue.obedience import disobedience, strength
 from cps_baselines.rogue.reading import commanded, read, vehicles
 from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, records, unpack
+from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, unpack
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
@@ -145,7 +146,8 @@ class Monitor(AnalyticPolicy):
             division_of(before, apart, evade_strong, 0.0, 0.0),
         )
         suspicion = (margin_mps, slack_mps2, threshold_mps, ceiling_mps, strong_mps2)
-        self._knobs = _knobs(spec.decision_interval_s, *suspicion, near_m, near_strong_m, horizon_s)
+        knobs = (spec.decision_interval_s, *suspicion, near_m, near_strong_m, horizon_s)
+        self._knobs = as_records(Knobs, np.transpose(np.broadcast_arrays(*map(np.atleast_1d, knobs))))
         self._rules, self._engine = rules_of(spec.config), pack(engine_of(spec.config))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
@@ -168,15 +170,6 @@ class Monitor(AnalyticPolicy):
     def beliefs(self, state: State) -> dict[str, Array]:
         """Disobedience of each vehicle, m/s, and the number of the suspect, 0 for nobody."""
         return {"Disobedience (m/s)": state[0], "Suspect (0: nobody)": state[1] - NOBODY}
-
-
-def _knobs(*numbers: float | FloatArray) -> Array:
-    """`Knobs` of numbers, each one or (B,), as records (1,) or (B,)."""
-    columns = np.broadcast_arrays(*map(np.atleast_1d, numbers))
-    table = records(Knobs, len(columns[0]))
-    for name, column in zip(Knobs._fields, columns, strict=True):
-        table[name] = column
-    return table
 
 
 @kernel
