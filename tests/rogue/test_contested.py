@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.assignment import Assigned, laws_of
-from cps_baselines.rogue.identify import Identify, contested, known, nearest_traces
+from cps_baselines.rogue.identify import Identify, contested, known
 from cps_baselines.rogue.informed import Informed, responses
 from cps_baselines.rogue.monitor import (
     AHEAD,
@@ -23,6 +23,7 @@ from cps_baselines.rogue.monitor import (
     divide,
     division_of,
 )
+from cps_baselines.rogue.probing import nearest_traces
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.rogue.identify import trace_of
+from cps_baselines.rogue.probing import trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_envs.core.game import Game
 from cps_envs.core.play import play_episodes

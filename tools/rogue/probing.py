@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.rogue.identify import known, trace_of
-from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, shipped_answers
+from cps_baselines.rogue.identify import known
+from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, shipped_answers, trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_baselines.workers import Workers
 from cps_envs.core.game import Game

@@ -9,7 +9,8 @@ import numpy as np
 from gymnasium.utils import seeding
 
 from cps_baselines.rogue.beam import BEAMS, BeamPlanner, plan_by_beam
-from cps_baselines.rogue.identify import Identify, Known, known, trace_of
+from cps_baselines.rogue.identify import Identify, Known, known
+from cps_baselines.rogue.probing import trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference, resolve_policy

@@ -9,16 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.switching import Switching, switch
+from cps_baselines.rogue.probing import Answers, Probe, checked_rows
+from cps_baselines.rogue.switching import Switching
 from cps_envs.core.adapter import advises
-from cps_envs.core.errors import ConfigurationError, near, shown
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
+from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array, FloatArray
-
-TRACE = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "speed")
-SCALE = np.array([9.0, 5.0, 9.0, 5.0, 5.0])  # of the entries of a trace, in which they are compared
-FARTHEST = 3.0  # of these, from where on a gap is out of sight
 
 
 class Known(NamedTuple):
@@ -40,7 +36,19 @@ def known() -> Known:
     return Known(tuple(row["against"] for row in rows), weights, traces, np.array(found["probe"]), found["probe_s"])
 
 
-class Identify(AnalyticPolicy):
+def in_one_look(found: Known) -> Answers:
+    """What is known as the answers of `Probe`, at any power ratio and after one look."""
+    at, traces = np.zeros((1, len(found.weights)), np.int64), found.traces[np.newaxis, :, np.newaxis]
+    return Answers(found.against, np.ones(1), found.probe[np.newaxis], found.weights[np.newaxis], at, traces)
+
+
+@lru_cache(maxsize=1)
+def shipped() -> Answers:
+    """The searched responses as those answers: one object, by which `informed` recognises the attacker."""
+    return in_one_look(known())
+
+
+class Identify(Probe):
     """Probes for `probe_s`, compares what it sees with known defenders, and answers the nearest one.
 
     The known defenders, their mean traces and the responses to them are in `contested.json`; `knowledge` are others.
@@ -48,52 +56,10 @@ class Identify(AnalyticPolicy):
     """
 
     def __init__(self, spec: RoleSpec, knowledge: Known | None = None, answers: Array | None = None) -> None:
-        super().__init__(spec)
-        self.known = knowledge or known()
-        self.searched_numbers = self.known.weights.size + self.known.probe.size
-        self.answers = checked_rows("answers", answers, len(self.known.weights))
-
-    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
-        """The actions (B, 1), each -1 or 1; the state holds signs, onsets in s and the rows in use (B,), -1 first."""
-        count, now_s = len(seen), self.spec.config.duration_s - seen["time_left_s"]
-        fresh = np.ones(count), now_s + seen["until_onset_s"], np.full(count, -1)
-        parts = fresh if state is None else [np.where(seen.start, *pair) for pair in zip(fresh, state, strict=True)]
-        sign, onset_s, row = parts
-        probed = now_s > onset_s + self.known.probe_s - self.spec.decision_interval_s / 2
-        due = (row < 0) & probed
-        answers = nearest_traces(trace_of(seen), self.known.traces) if self.answers is None else self.answers
-        row = np.where(due, answers, row)
-        sets = np.concatenate([self.known.weights, self.known.probe[np.newaxis]])[row]  # the last row is the probe
-        sign = switch(seen, self.spec.config.separation_m, sets, sign)
-        return sign[:, np.newaxis], (sign, onset_s, row)
-
-
-def checked_rows(name: str, rows: Array | None, count: int) -> Array | None:
-    """Rows (B,) of a table that has `count`, or one for all; None where none were given.
-
-    Raises:
-        ConfigurationError: they are no rows of that table.
-    """
-    if rows is None:
-        return None
-    found = np.asarray(rows)
-    if found.dtype.kind not in "iu" or found.ndim > 1 or not ((found >= 0) & (found < count)).all():
-        raise ConfigurationError(f"{name} = {shown(rows)} must be whole numbers from 0 to {count - 1}")
-    return found
-
-
-def trace_of(seen: Seen) -> FloatArray:
-    """What tells defenders apart (B, 5): gap errors and rates, and the own speed beyond the reference."""
-    values = np.stack([seen[name] for name in TRACE], axis=1)
-    values[:, -1] -= seen["reference_speed"]
-    trace: FloatArray = np.clip(values / SCALE, -FARTHEST, FARTHEST)
-    return trace
-
-
-def nearest_traces(traces: FloatArray, centres: FloatArray) -> Array:
-    """For each trace (B, 5) the row of the nearest of the centres (K, 5)."""
-    nearest: Array = ((traces[:, np.newaxis] - centres) ** 2).sum(axis=2).argmin(axis=1)
-    return nearest
+        found = knowledge or known()
+        rows = checked_rows("answers", answers, len(found.weights))
+        super().__init__(spec, answers=shipped() if knowledge is None else in_one_look(knowledge), row=rows)
+        self.looks_s = (found.probe_s,)
 
 
 @advises("cps_baselines.rogue.advised:Contesting")

@@ -1,7 +1,7 @@
 """Extension beyond the paper: an attacker that probes, finds out which controller it faces, and plays the answer to it.
 
-`identify` does the same in preset `learning`. Here the answers depend on the power ratio too, and each controller is
-answered as soon as it can be told from the others.
+The answers depend on the power ratio too, and each controller is answered as soon as it can be told from the others.
+`identify` does the same in preset `learning`, with one ratio and one look.
 """
 
 from __future__ import annotations
@@ -14,16 +14,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.identify import checked_rows, trace_of
 from cps_baselines.rogue.reading import recalled
 from cps_baselines.rogue.switching import switch
-from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray
 
 LOOKS_S = (0.3, 5.2, 8.8)  # after the onset: `pd`, detectors and disbanders are told apart in this order
 ROUNDING = 1e-3  # of a power ratio that is read from an observation
+TRACE = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "speed")
+SCALE = np.array([9.0, 5.0, 9.0, 5.0, 5.0])  # of the entries of a trace, in which they are compared
+FARTHEST = 3.0  # of these, from where on a gap is out of sight
 
 
 class Answers(NamedTuple):
@@ -64,13 +66,15 @@ def answers_of(document: Mapping[str, Any]) -> Answers:
 class Probe(AnalyticPolicy):
     """Probes until it recognises the defender's controller, then plays the answer to that controller.
 
-    It compares what it sees at each of `LOOKS_S` with the mean traces of the controllers, and answers the nearest one
+    It compares what it sees at each of `looks_s` with the mean traces of the controllers, and answers the nearest one
     once that one is known to be recognisable. With `against` it is told the controller, and answers at the same time.
     `row` (B,) are rows of `answers` to answer by instead, as searches do.
 
     Raises:
         ConfigurationError: nothing was searched against that controller.
     """
+
+    looks_s: tuple[float, ...] = LOOKS_S
 
     def __init__(
         self, spec: RoleSpec, against: str = "", answers: Answers | None = None, row: IntArray | None = None
@@ -94,8 +98,9 @@ class Probe(AnalyticPolicy):
         if state is not None:
             sign, row = np.where(seen.start, sign, state[1]), np.where(seen.start, row, state[2])
         ratio = np.searchsorted(known.ratios - ROUNDING, seen["power_ratio"], side="right").clip(1) - 1
-        for look, look_s in enumerate(LOOKS_S):
-            due = (row < 0) & (abs(now_s - onset_s - look_s) < self.spec.decision_interval_s / 2)
+        for look, look_s in enumerate(self.looks_s):
+            off_s, half_s = now_s - onset_s - look_s, self.spec.decision_interval_s / 2
+            due = (row < 0) & (off_s > -half_s) & ((off_s < half_s) | self._is_last(look))
             if due.any():
                 row = np.where(due, self._recognised(seen, ratio, look), row)
         sets = np.where((row < 0)[:, np.newaxis], known.probes[ratio], known.weights[ratio, row])
@@ -106,9 +111,38 @@ class Probe(AnalyticPolicy):
         """The rows (B,) to answer by from this look on, -1 where the probe goes on."""
         known = self.answers
         if self.row is None:
-            distances = ((trace_of(seen)[:, np.newaxis] - known.traces[ratio, :, look]) ** 2).sum(axis=2)
-            row: IntArray = distances.argmin(axis=1)
+            row = nearest_traces(trace_of(seen), known.traces[ratio, :, look])
         else:
             row = np.resize(self.row, len(seen))
-        recognisable = (known.at[ratio, row] <= look) | (look == len(LOOKS_S) - 1)
-        return np.where(recognisable, row, -1)
+        return np.where((known.at[ratio, row] <= look) | self._is_last(look), row, -1)
+
+    def _is_last(self, look: int) -> bool:
+        return look == len(self.looks_s) - 1
+
+
+def checked_rows(name: str, rows: Array | None, count: int) -> Array | None:
+    """Rows (B,) of a table that has `count`, or one for all; None where none were given.
+
+    Raises:
+        ConfigurationError: they are no rows of that table.
+    """
+    if rows is None:
+        return None
+    found = np.asarray(rows)
+    if found.dtype.kind not in "iu" or found.ndim > 1 or not ((found >= 0) & (found < count)).all():
+        raise ConfigurationError(f"{name} = {shown(rows)} must be whole numbers from 0 to {count - 1}")
+    return found
+
+
+def trace_of(seen: Seen) -> FloatArray:
+    """What tells defenders apart (B, 5): gap errors and rates, and the own speed beyond the reference."""
+    values = np.stack([seen[name] for name in TRACE], axis=1)
+    values[:, -1] -= seen["reference_speed"]
+    trace: FloatArray = np.clip(values / SCALE, -FARTHEST, FARTHEST)
+    return trace
+
+
+def nearest_traces(traces: FloatArray, centres: FloatArray) -> Array:
+    """For each trace (B, 5) the row of the nearest of the centres, (K, 5) or (B, K, 5)."""
+    nearest: Array = ((traces[:, np.newaxis] - centres) ** 2).sum(axis=2).argmin(axis=1)
+    return nearest

@@ -14,20 +14,36 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.rogue.actions import Engine, action_for, engine_of
 
+NEVER_AGAIN = 0.0  # the period of a strike that comes once
+
 
 class Pattern(NamedTuple):
-    """The pattern of strikes and obedience that repeats from the onset on."""
+    """When the attacker strikes from the onset on, and how it drives otherwise."""
 
-    duration_s: float  # of the episode
-    hold_s: float  # between two decisions
     strike_s: float
-    period_s: float
+    period_s: float  # from strike to strike
     effort: float  # while striking
-    proportional_per_s2: float  # while behaving
+    proportional_per_s2: float  # while it drives by the law
     derivative_per_s: float
 
 
-class Strike(AnalyticPolicy):
+class Striking(AnalyticPolicy):
+    """Base: drives by the linear law (5.15) of its own sensors, held from decision to decision, but for its strikes."""
+
+    def __init__(self, spec: RoleSpec, pattern: Pattern) -> None:
+        super().__init__(spec)
+        self._pattern, self._engine = pack(pattern), pack(engine_of(spec.config))
+
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
+        """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
+        since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
+        actions = np.empty((len(seen), 1))
+        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
+        _strike(*shown, since_s + 0.5 * self.spec.decision_interval_s, self._pattern, self._engine, actions)
+        return actions, (onset_s,)
+
+
+class Strike(Striking):
     """Strikes with full effort for `strike_s` in every `period_s`, and behaves like an intact vehicle in between.
 
     `effort` 1 rams the vehicle ahead, -1 brakes in front of the vehicle behind. In between it follows the linear law
@@ -39,25 +55,15 @@ class Strike(AnalyticPolicy):
     """
 
     def __init__(self, spec: RoleSpec, strike_s: float = 3.0, period_s: float = 12.0, effort: float = 1.0) -> None:
-        super().__init__(spec)
         if not (0 < strike_s < period_s and -1 <= effort <= 1):
             raise ConfigurationError(
                 f"strike_s = {strike_s} has to be above 0 and below period_s = {period_s}, and effort = {effort} "
                 "within [-1, 1]"
             )
-        config, hold_s = spec.config, spec.decision_interval_s
+        config = spec.config
         effort = config.max_effort * effort if effort > 0 else -config.min_effort * effort
         gains = (config.proportional_gain, config.derivative_gain)
-        self._pattern = pack(Pattern(config.duration_s, hold_s, strike_s, period_s, effort, *gains))
-        self._engine = pack(engine_of(config))
-
-    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
-        """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
-        since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
-        actions = np.empty((len(seen), 1))
-        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _strike(*shown, since_s, self._pattern, self._engine, actions)
-        return actions, (onset_s,)
+        super().__init__(spec, Pattern(strike_s, period_s, effort, *gains))
 
 
 @kernel
@@ -75,6 +81,6 @@ def _strike(
     for b in range(since_s.size):
         speed, ratio = read(observation, scale, b, at.speed), read(observation, scale, b, at.power_ratio)
         effort = linear_effort(observation, scale, b, at, (p.proportional_per_s2, p.derivative_per_s), e)
-        if (since_s[b] + 0.5 * p.hold_s) % p.period_s < p.strike_s:
+        if (since_s[b] % p.period_s if p.period_s > NEVER_AGAIN else since_s[b]) < p.strike_s:
             effort = p.effort
         actions[b, 0] = action_for(effort, speed, ratio, e)
