@@ -19,7 +19,7 @@ from typing import Any
 
 import ray
 
-from cps_agents.arena.meeting import run_job
+from cps_agents.arena.meeting import attempt
 from cps_agents.arena.store import Store
 from cps_agents.league.league import asked, line_up
 from cps_agents.learning.learner import learn
@@ -55,7 +55,7 @@ def play_everywhere(problem: str, episodes: int, folder: Path) -> None:
     with Workers(1) as pool:
         table, _ = line_up(asked(Venue(problem, "learning"), {}, episodes), {}, store, pool)
     meetings = [table.meeting(pair) for pair in table.pairs]
-    for meeting, result in spread(run_job, [meeting for meeting in meetings if store.get(meeting) is None]):
+    for meeting, result in spread(attempt, [meeting for meeting in meetings if store.get(meeting) is None]):
         store.put(meeting, result)
         returns = result["metrics"]["return"]
         print(f"{meeting.attacker} against {meeting.defender}: {sum(returns) / len(returns):.3f}")
