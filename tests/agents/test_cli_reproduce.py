@@ -187,6 +187,7 @@ def test_leaving_the_reference_gives_exit_code_1(
         ("ch3", ("--table", "3.9"), "3.7"),
         ("ch3", ("--preset-set", "C"), "A, B"),
         ("ch3", ("--time-limit", "0"), "above 0"),
+        ("ch3", ("--acceptance", "-1"), "above 0"),
         ("ch4", ("--table", "4.9"), "4.8fig"),
         ("ch4", ("--table", "4.1", "--recheck"), "add --table claims"),
         ("ch4", ("--table", "4.7"), "4.7fig"),

@@ -139,6 +139,7 @@ def test_what_left_the_reference_fails_unless_it_always_was_outside() -> None:
     stated = Reference(1.0, Tolerance(0.1, ABSOLUTE), recorded=2.2, reason="another pump")
     check = Check("level", 2.25, stated)
     assert (check.inside, check.passed, round(check.difference, 2)) == (False, True, 1.25)
+    assert not Check("level", 2.0, stated).passed
 
 
 @pytest.mark.parametrize(("ours", "word", "cell"), [(2.0, REPRODUCED, MATCH), (4.0, NEAR, NEAR), (4.1, NOT, MISS)])

@@ -5,17 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_baselines.fdi.branch_and_bound import PRINTED
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
 from cps_paper.fdi import figure_3_2
-from cps_paper.fdi.course import CollisionCourse, attack_course
+from cps_paper.fdi.course import attack_course
 from cps_paper.fdi.figure_3_2 import (
     FAR,
     ROUGH,
-    VARIANTS,
     FigureRow,
-    FigureRun,
     figure_runs,
     main_rows,
 )
@@ -142,14 +139,6 @@ def test_courses_end_at_the_first_watched_collision() -> None:
     assert len(spared.gap_m) > len(everything.gap_m)
     np.testing.assert_array_equal(spared.gap_m[: len(everything.gap_m)], everything.gap_m)
     assert attack_course(FIG_3_2, 10, "v").lowest_reading_m is None
-
-
-def test_printed_variant_uses_the_printed_sign() -> None:
-    (variant,) = (variant for variant in VARIANTS if variant.name == "+e_x")
-    assert variant.gap_sign == PRINTED
-    expected = attack_course(FIG_3_2, 10, "x", gap_sign=PRINTED)
-    course: CollisionCourse = FigureRun(variant, "x").run()
-    np.testing.assert_array_equal(course.gap_m, expected.gap_m)
 
 
 def test_figure_has_four_panels_with_units(rows: list[FigureRow]) -> None:

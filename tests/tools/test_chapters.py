@@ -96,6 +96,34 @@ def test_a_command_names_the_parts_of_its_chapter(command: Command) -> None:
     assert sorted(named) == sorted(known)
 
 
+LEFT_OUT_BY_QUICK = {
+    "ch2": {"tried", "platoons", "text"},
+    "ch3": {"3.3", "3.4", "3.6", "3.7"},
+    "ch4": {"4.2", "4.8fig", "early"},
+    "ch5": {"seats", "fit", "headroom"},
+    "testbed": set(),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda each: each.name)
+def test_quick_leaves_out_the_long_parts_unless_they_are_named(command: Command) -> None:
+    chapter = command.load()
+    assert chapter.chosen() == tuple(chapter.parts)
+    assert set(chapter.chosen()) - set(chapter.chosen(quick=True)) == LEFT_OUT_BY_QUICK[command.name]
+    assert chapter.chosen(reversed(chapter.parts), quick=True) == chapter.chosen()
+
+
+@pytest.mark.parametrize(("name", "count"), [("ch2", 39), ("ch4", 43), ("ch5", 21), ("testbed", 13)])
+def test_every_claim_of_the_text_is_judged_by_one_function(name: str, count: int) -> None:
+    (command,) = (each for each in COMMANDS if each.name == name)
+    claims = command.load().judged.claims
+    printed = claims.printed()
+    assert [claim.id[1:] for claim in printed] == [f"{number:02d}" for number in range(1, count + 1)]
+    assert sorted(claims.judged) == [claim.id for claim in printed]
+    assert all(claim.text and claim.figure and claim.unit for claim in printed)
+    assert all(claim.paper == "yes" for claim in printed if claim.unit == "bool")
+
+
 @pytest.mark.parametrize("item", items(), ids=lambda item: item.name)
 def test_every_place_exists(item: Item) -> None:
     assert [place for place in item.places if not exists(place)] == []
