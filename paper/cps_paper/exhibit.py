@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from operator import attrgetter, itemgetter
+from operator import attrgetter, getitem
 from typing import Any, Generic, TypeVar
 
 from cps_agents.sheet import Sheet
@@ -12,6 +12,7 @@ from cps_paper.evidence import Evidence, Experiment
 
 DASH = "-"  # for what a record does not have
 E = TypeVar("E", bound=Evidence)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,20 @@ class Column:
         return self.form.format(*found) if isinstance(found, tuple) else self.form.format(found)
 
 
+def across(
+    items: Iterable[T], heading: Callable[[T], str], value: Callable[[Any, T], Any], form: str = "{}"
+) -> tuple[Column, ...]:
+    """A column for each item: `value` takes the record and the item."""
+
+    def of(item: T) -> Callable[[Any], Any]:
+        return lambda record: value(record, item)
+
+    return tuple(Column(heading(item), of(item), form) for item in items)
+
+
 def places(*headings: str) -> tuple[Column, ...]:
     """Columns of records that are sequences of text."""
-    return tuple(Column(heading, itemgetter(place)) for place, heading in enumerate(headings))
+    return across(range(len(headings)), headings.__getitem__, getitem)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ from cps_paper.disbanding.strings import courses_tables
 from cps_paper.disbanding.summary import cells_of, closing
 from cps_paper.disbanding.tried import tried, tried_data, tried_tables
 from cps_paper.evidence import Experiment
-from cps_paper.exhibit import Column, Exhibit, ExhibitTable
+from cps_paper.exhibit import Column, Exhibit, ExhibitTable, across
 from cps_paper.verdicts import Check
 
 SOURCES = (claims_2_1, claims_2_3)  # importing them registers the functions that check the claims
@@ -65,11 +65,8 @@ def sweep_tables(seen: DisbandingEvidence) -> list[ExhibitTable]:
 
 
 def _sweep(seen: DisbandingEvidence, title: str, shown: Callable[[ScenarioOutcome], str]) -> ExhibitTable:
-    def of(count: int) -> Callable[[float], str]:
-        return lambda tau_s: shown(seen[seen.experiments.single(count, tau_s)])
-
-    columns = (Column("tau \\ N", float, "{:g} s"), *(Column(str(count), of(count)) for count in PLATOONS))
-    return ExhibitTable(title, columns, FIGURE_TAUS_S)
+    counts = across(PLATOONS, str, lambda tau_s, count: shown(seen[seen.experiments.single(count, tau_s)]))
+    return ExhibitTable(title, (Column("tau \\ N", float, "{:g} s"), *counts), FIGURE_TAUS_S)
 
 
 def sweep_data(seen: DisbandingEvidence) -> list[dict[str, Any]]:

@@ -12,8 +12,8 @@ from cps_envs.disbanding.config import PRESETS, DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
 from cps_paper.disbanding.scenario import Overrides
 
-DEFENDERS = ("none", "heuristic", "mpc", "copy", "feedback", "string")
 COSTS = {"none": 1.0, "heuristic": 2.0, "mpc": 15.0, "copy": 2.0, "feedback": 2.0, "string": 2.0}  # relative
+DEFENDERS = tuple(COSTS)
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from cps_paper.disbanding.experiments import PLATOONS, TAUS_S, DisbandingEvidence
-from cps_paper.disbanding.played import DEFENDERS, READINGS, PlayedReading
-from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.disbanding.played import DEFENDERS, READINGS
+from cps_paper.exhibit import Column, ExhibitTable, across
 
 PLAYED = (
     "N = 10 where nothing else is said, x_d = 5 m. The lead platoon is disbanded at 1 s. Defenders act every 0.1 s, "
@@ -45,12 +45,10 @@ def platoons_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
 
 
 def _platoons(evidence: DisbandingEvidence, tau_s: float) -> ExhibitTable:
-    def of(name: str) -> Callable[[int], str]:
-        return lambda count: _shown(evidence[evidence.experiments.defended(count, tau_s, name)])
-
-    columns = (Column("N", str), *(Column(name, of(name)) for name in DEFENDERS))
+    defended = evidence.experiments.defended
+    names = across(DEFENDERS, str, lambda count, name: _shown(evidence[defended(count, tau_s, name)]))
     title = f"tau = {tau_s:g} s, N platoons: E_v in percent over intact vehicles (collisions)"
-    return ExhibitTable(title, columns, PLATOONS, (PLAYED,) if tau_s == TAUS_S[-1] else ())
+    return ExhibitTable(title, (Column("N", str), *names), PLATOONS, (PLAYED,) if tau_s == TAUS_S[-1] else ())
 
 
 def readings_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
@@ -75,12 +73,11 @@ def readings_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
 
 
 def _readings(evidence: DisbandingEvidence, name: str) -> ExhibitTable:
-    def of(tau_s: float) -> Callable[[PlayedReading], str]:
-        return lambda each: _shown(evidence[evidence.experiments.reading(each, tau_s, name)])
-
-    columns = (Column("", "name"), *(Column(f"tau = {tau_s:g} s", of(tau_s)) for tau_s in TAUS_S))
+    reading = evidence.experiments.reading
+    lags = across(TAUS_S, "tau = {:g} s".format, lambda each, tau_s: _shown(evidence[reading(each, tau_s, name)]))
     title = f"Defender {name}: E_v in percent over intact vehicles (collisions)"
-    return ExhibitTable(title, columns, READINGS, (PLAYED, TEXT) if name == DEFENDERS[-1] else ())
+    notes = (PLAYED, TEXT) if name == DEFENDERS[-1] else ()
+    return ExhibitTable(title, (Column("", "name"), *lags), READINGS, notes)
 
 
 def _ride(evidence: DisbandingEvidence) -> ExhibitTable:
@@ -92,17 +89,13 @@ def _ride(evidence: DisbandingEvidence) -> ExhibitTable:
     return ExhibitTable("Comfort, energy and recovery in preset paper", RIDE, rides, (RIDE_NOTE,), left=2, grouped=1)
 
 
-def _metric(name: str) -> Callable[[Any], float]:
-    return lambda ride: float(ride[2][name])
-
-
 RIDE = (
     Column("tau", lambda ride: ride[0], "{:g} s"),
     Column("defender", lambda ride: ride[1]),
-    Column("acceleration", _metric("acceleration_mps2"), "{:.2f} m/s2"),
-    Column("jerk", _metric("jerk_mps3"), "{:.2f} m/s3"),
-    Column("energy", _metric("energy_kj_per_km"), "{:.0f} kJ/km"),
-    Column("recovery", _metric("recovery_s"), "{:.0f} s"),
+    Column("acceleration", lambda ride: ride[2]["acceleration_mps2"], "{:.2f} m/s2"),
+    Column("jerk", lambda ride: ride[2]["jerk_mps3"], "{:.2f} m/s3"),
+    Column("energy", lambda ride: ride[2]["energy_kj_per_km"], "{:.0f} kJ/km"),
+    Column("recovery", lambda ride: ride[2]["recovery_s"], "{:.0f} s"),
 )
 
 

@@ -6,7 +6,7 @@ The more are tried, the likelier one fits by chance. So they stand beside the cl
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
@@ -16,7 +16,7 @@ from cps_paper.disbanding.played import PlayedScenario
 from cps_paper.disbanding.rules import CLAIMS
 from cps_paper.disbanding.scenario import Attack, Scenario
 from cps_paper.evidence import Experiment
-from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.exhibit import Column, ExhibitTable, across
 from cps_paper.verdicts import REPRODUCED, of_cases, of_number
 
 PERIODS_S = (0.01, 0.02, 0.05, 0.1)  # after which the heuristic is repeated
@@ -78,7 +78,11 @@ def tried_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     lengths_s = periods_s(evidence)
     periods = (
         Column("repeated every", lambda period_s: period_s, "{:g} s"),
-        *(Column(f"{gap_m:g} m, {tau_s:g} s", _collided(evidence, k)) for k, (gap_m, tau_s) in enumerate(CELLS)),
+        *across(
+            range(len(CELLS)),
+            lambda k: "{:g} m, {:g} s".format(*CELLS[k]),
+            lambda period_s, k: collided(evidence, period_s)[k],
+        ),
         Column("P31", lambda period_s: verdict_of_period(evidence, period_s)),
     )
     counts = (
@@ -86,7 +90,9 @@ def tried_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
         Column("first", lambda each: each[1]),
         Column("tau", lambda each: each[2], "{:g} s"),
         Column("in collisions", lambda each: evidence[disbanded(evidence, *each)].collided_share(), "{:.1f} %"),
-        *(Column(name, _stops(evidence, n), "{:.1f} %") for n, name in enumerate(STOPS, 1)),
+        *across(
+            STOPS, STOPS.__getitem__, lambda each, n: evidence[disbanded(evidence, *each)].stopped_share(n), "{:.1f} %"
+        ),
         Column("P20", lambda each: verdict_of_count(evidence, each)),
     )
     return [
@@ -97,15 +103,7 @@ def tried_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     ]
 
 
-STOPS = ("stop once", "twice", "three times")
-
-
-def _collided(evidence: DisbandingEvidence, cell: int) -> Callable[[float], int]:
-    return lambda period_s: collided(evidence, period_s)[cell]
-
-
-def _stops(evidence: DisbandingEvidence, times: int) -> Callable[[tuple[int, int, float]], float]:
-    return lambda each: evidence[disbanded(evidence, *each)].stopped_share(times)
+STOPS = {1: "stop once", 2: "twice", 3: "three times"}
 
 
 def _note(evidence: DisbandingEvidence) -> str:

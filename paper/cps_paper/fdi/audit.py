@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from cps_envs.fdi.sensors import Sensors
-from cps_envs.fdi.task import Task
 from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.fdi.experiments import (
-    FOUR_VEHICLES,
     ONE_HORIZON,
     FdiEvidence,
     RelaxedSpeeds,
     four_vehicle_cells,
 )
-from cps_paper.printed.tables import CollisionCell, collision_cells
+from cps_paper.printed.tables import CollisionCell
 
 EXAMPLES = 8
 DROP = 0.10  # of the speed; what a printed speed may lose before the cells contradict one another
@@ -40,14 +38,10 @@ class SensorComparison:
         fewer = self.fewer.target_speed_mps or 0.0
         return not self.more.feasible or self.drop_mps > DROP * abs(fewer)
 
-    def __str__(self) -> str:
-        target = f"V_{self.fewer.task.target}"
-        return f"{_printed(self.fewer)}, but {_printed(self.more)} ({target})"
-
 
 def comparisons() -> list[SensorComparison]:
     """Every pair of cells of Tables 3.1 to 3.6 that can be compared, in printed order of `fewer`."""
-    cells = [cell for table in FOUR_VEHICLES for cell in collision_cells(table)]
+    cells = four_vehicle_cells()
     return [
         SensorComparison(fewer, more)
         for fewer in cells
@@ -87,8 +81,16 @@ def audit_data(evidence: FdiEvidence) -> dict[str, Any]:
 
 
 def beyond_set_a(evidence: FdiEvidence) -> Iterator[tuple[CollisionCell, float | None]]:
-    """Printed speeds that set A cannot reach even without the resolution."""
-    return beyond_relaxation(evidence[RelaxedSpeeds(ONE_HORIZON)])
+    """Cells printed with a higher speed than set A reaches even without the resolution, and that speed in m/s.
+
+    It is None where no collision can be reached.
+    """
+    fastest_mps = evidence[RelaxedSpeeds(ONE_HORIZON)]
+    for cell in four_vehicle_cells():
+        if cell.target_speed_mps is not None:
+            fastest = fastest_mps[cell.task]
+            if fastest is None or -cell.target_speed_mps > fastest:
+                yield cell, fastest
 
 
 def _printed_speeds() -> int:
@@ -132,23 +134,5 @@ def worst(found: list[SensorComparison], count: int) -> list[SensorComparison]:
     return sorted((each for each in found if each.contradiction), key=lambda each: -each.drop_mps)[:count]
 
 
-def beyond_relaxation(fastest_mps: Mapping[Task, float | None]) -> Iterator[tuple[CollisionCell, float | None]]:
-    """Feasible cells of Tables 3.1 to 3.6 printed with a higher speed than `fastest_mps`, with that speed.
-
-    `fastest_mps` are impact speeds without the resolution (closing > 0), None where no collision can be reached.
-    """
-    for table in FOUR_VEHICLES:
-        for cell in collision_cells(table):
-            if cell.target_speed_mps is not None:
-                fastest = fastest_mps[cell.task]
-                if fastest is None or -cell.target_speed_mps > fastest:
-                    yield cell, fastest
-
-
 def _strictly_within(fewer: Sensors, more: Sensors) -> bool:
     return fewer != more and set(fewer.range) <= set(more.range) and set(fewer.range_rate) <= set(more.range_rate)
-
-
-def _printed(cell: CollisionCell) -> str:
-    speed = cell.target_speed_mps
-    return f'{cell.task.sensors} "-"' if speed is None else f"{cell.task.sensors} {speed:.3f} m/s"

@@ -10,13 +10,12 @@ from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.fdi.cells import solved
 from cps_paper.fdi.counts import counted
 from cps_paper.fdi.experiments import (
-    ALL_FOUR,
-    FOUR_VEHICLES,
     ONE_HORIZON_LIMIT_S,
     RELAXED,
     FdiEvidence,
     OneHorizonRun,
     RelaxedSpeeds,
+    with_total,
 )
 from cps_paper.printed.tables import CollisionCell, collision_cells
 
@@ -60,13 +59,10 @@ def controls_table(evidence: FdiEvidence) -> ExhibitTable:
 
 def control_tables(evidence: FdiEvidence, tables: Sequence[str]) -> list[TableControls]:
     """The rules on each table, after 3.6 on all tables with four vehicles where all are asked for."""
-    found = []
-    for table in tables:
-        found.append(_controls(evidence, table, collision_cells(table)))
-        if table == FOUR_VEHICLES[-1] and set(FOUR_VEHICLES) <= set(tables):
-            every = [cell for each in FOUR_VEHICLES for cell in collision_cells(each)]
-            found.append(_controls(evidence, ALL_FOUR, every))
-    return found
+    return [
+        _controls(evidence, row, [cell for each in members for cell in collision_cells(each)])
+        for row, members in with_total(tables)
+    ]
 
 
 def _controls(evidence: FdiEvidence, table: str, cells: Sequence[CollisionCell]) -> TableControls:

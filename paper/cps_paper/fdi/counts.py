@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.fdi.cells import CollisionPair, solved
-from cps_paper.fdi.experiments import ALL_FOUR, FOUR_VEHICLES, FdiEvidence
+from cps_paper.fdi.experiments import ALL_FOUR, FdiEvidence, with_total
 from cps_paper.verdicts import BELOW, Check, Reference, Tolerance
 
 ALLOWANCE = 3  # by which a count may fall below its goal, as solves end by time
@@ -115,13 +115,7 @@ def _data(each: TableCounts) -> dict[str, Any]:
 
 def count_tables(cells: Mapping[str, Sequence[CollisionPair]], goals: Mapping[str, Counts] | None) -> list[TableCounts]:
     """The counts of each table, after 3.6 those of all tables with four vehicles where all are there."""
-    found = []
-    for table, members in cells.items():
-        found.append(_count(table, members, goals))
-        if table == FOUR_VEHICLES[-1] and set(FOUR_VEHICLES) <= set(cells):
-            every = [cell for each in FOUR_VEHICLES for cell in cells[each]]
-            found.append(_count(ALL_FOUR, every, goals))
-    return found
+    return [_count(row, [cell for each in tables for cell in cells[each]], goals) for row, tables in with_total(cells)]
 
 
 def _count(table: str, cells: Sequence[CollisionPair], goals: Mapping[str, Counts] | None) -> TableCounts:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from cps_paper.exhibit import Column, ExhibitTable, places
+from cps_paper.exhibit import Column, ExhibitTable, across, places
 from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     ATTACKS,
@@ -109,17 +108,14 @@ def bars_data(evidence: HvacEvidence, num_sensors: int) -> dict[str, Any]:
 def early_table(evidence: HvacEvidence) -> ExhibitTable:
     """MTD2 against attacks that start before the window is full."""
 
-    def of(count: int) -> Callable[[tuple[int, str]], tuple[float, float]]:
-        def impacts(attack: tuple[int, str]) -> tuple[float, float]:
-            days = evidence[early(*attack, count)].a_impact
-            return float(days.mean()), float(np.median(days))
-
-        return impacts
+    def impacts(attack: tuple[int, str], count: int) -> tuple[float, float]:
+        days = evidence[early(*attack, count)].a_impact
+        return float(days.mean()), float(np.median(days))
 
     columns = (
         Column("onset step", lambda attack: attack[0]),
         Column("attack", lambda attack: attack[1]),
-        *(Column(f"{count} of 4", of(count), "{:.1f} ({:.1f})") for count in EARLY_COUNTS),
+        *across(EARLY_COUNTS, "{} of 4".format, impacts, "{:.1f} ({:.1f})"),
     )
     title = "Not in the paper: MTD2 under attacks that come before it is ready"
     return ExhibitTable(title, columns, EARLY, (EARLY_NOTE,), left=2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from cps_envs.core.types import FloatArray
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.exhibit import Column, ExhibitTable, across
 from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import PERCENTS, TABLE_DAYS, TABLE_SENSORS, table_cell
 from cps_paper.hvac.rules import CLAIMS, CLOSE, falling, of_printed, rising
@@ -114,7 +114,7 @@ def errors_table(evidence: HvacEvidence, table: str) -> ExhibitTable:
     columns = (
         Column("noise" if noise else "A", "percent", "{} %" if noise else "±{} %"),
         Column("from", _source),
-        *(Column(f"zone {zone}", _zone(zone), "{:.2f}/{:.2f}") for zone in range(1, 5)),
+        *across(range(1, 5), "zone {}".format, _zone, "{:.2f}/{:.2f}"),
         mean if noise else median,
         Column("verdict", "verdict"),
     )
@@ -140,8 +140,8 @@ def _source(row: TemperatureRow) -> str:
     return f"{row.sensors_used} sensor{'s' * (row.sensors_used > 1)}" if row.sensors_used else "readings"
 
 
-def _zone(zone: int) -> Callable[[TemperatureRow], tuple[float, float]]:
-    return lambda row: (row.cells[zone - 1].paper.mean_abs_error_c, row.cells[zone - 1].ours)
+def _zone(row: TemperatureRow, zone: int) -> tuple[float, float]:
+    return row.cells[zone - 1].paper.mean_abs_error_c, row.cells[zone - 1].ours
 
 
 WELL_C = 0.5  # the text: the controller performs well with errors "close to or below 0.5 C"

@@ -6,7 +6,6 @@ negative bias of sensor 2, by residuals and MTD1's choices.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.sensors import sensor_sets
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.exhibit import Column, ExhibitTable, with_properties
+from cps_paper.exhibit import Column, ExhibitTable, across, with_properties
 from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     FIGURE_4_5_DAYS,
@@ -89,19 +88,16 @@ def observers_table(evidence: HvacEvidence) -> ExhibitTable:
     """Fig. 4.5 in numbers."""
     papers = {place: CLAIMS.number(name) for name, place in LARGEST.items()}
 
-    def errors(zone: int) -> Callable[[Case], str]:
-        def shown(case: Case) -> str:
-            days = largest_errors_c(evidence, case)[:, zone - 1]
-            paper = f"\npaper {papers[case, zone]:g}" if (case, zone) in papers else ""
-            return f"{np.median(days):.2f} ({days.min():.2f}-{days.max():.2f}){paper}"
-
-        return shown
+    def errors(case: Case, zone: int) -> str:
+        days = largest_errors_c(evidence, case)[:, zone - 1]
+        paper = f"\npaper {papers[case, zone]:g}" if (case, zone) in papers else ""
+        return f"{np.median(days):.2f} ({days.min():.2f}-{days.max():.2f}){paper}"
 
     columns = (
         Column("sensors", lambda case: ", ".join(f"s{sensor}" for sensor in case[0])),
         Column("N_e", lambda case: case[1]),
         Column("starts", lambda case: evidence[observed(*case)].time_h[case[1]], "{:.2f} h"),
-        *(Column(f"zone {zone}", errors(zone)) for zone in range(1, 5)),
+        *across(range(1, 5), "zone {}".format, errors),
     )
     note = f"Largest estimation error in °C: median (range) over {FIGURE_4_5_DAYS} days; paper: where it gives one."
     title = "Fig. 4.5: the observer with few sensors"

@@ -93,12 +93,13 @@ class DayScenario:
         seeds = range(self.first_seed, self.first_seed + self.days)
         metrics = play_episodes(HVAC, self.config, players, seeds, on_step=look)
         game = games[-1]
+        used = game.state.used[:, 1 : 1 + len(game.constants.member)]  # the sets, after the raw readings
         return DayOutcome(
             squared_error=np.array(squares),
             mean_abs_error_c=game.state.absolute_error / game.config.num_steps,
             onset_step=int(game.state.onset[0]),
             distinct_sets=metrics["distinct_sets"].astype(np.int64),
-            intact_sets=(used_sets(game) & ~self._flawed(game)).sum(axis=1),
+            intact_sets=(used & ~self._flawed(game)).sum(axis=1),
             rejecting_steps=metrics["rejecting_steps"].astype(np.int64),
             full_window_steps=game.horizon - game.config.window_steps,
         )
@@ -112,12 +113,6 @@ class DayScenario:
         attacked = game.state.compromised & (self.attacker != "none")
         marked: BoolArray = np.any(game.constants.member & attacked[:, np.newaxis], axis=2)
         return marked
-
-
-def used_sets(game: HvacGame) -> BoolArray:
-    """Which sets were chosen at some time, (B, sets): the first choices after the raw readings."""
-    used: BoolArray = game.state.used[:, 1 : 1 + len(game.constants.member)]
-    return used
 
 
 def squared_error(game: HvacGame) -> FloatArray:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.exhibit import Column, ExhibitTable, across
 from cps_paper.rogue.experiments import Overrides, RogueEvidence, Waves, map_rows
 from cps_paper.rogue.heat_map import MAPS, PASS, RATIOS, SOLID, WIDE_RATIOS, HeatMap
 
@@ -98,10 +98,7 @@ def fits_table(evidence: RogueEvidence) -> ExhibitTable:
     """Which orderings of the maps survive."""
     columns = (
         Column("", lambda each: each[0].name),
-        *(
-            Column(str(k + 1), lambda each, k=k: "yes" if each[2][k] else "NO")  # type: ignore[misc]
-            for k in range(len(ORDERINGS))
-        ),
+        *across(range(len(ORDERINGS)), lambda k: f"{k + 1}", lambda each, k: "yes" if each[2][k] else "NO"),
         Column("hold", lambda each: (sum(each[2]), len(each[2])), "{} of {}"),
         Column(
             "maxima: pd, sliding, detection, +2, +4, +7",

@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any
 
 from cps_envs.rogue.config import PAPER
-from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.exhibit import Column, ExhibitTable, across
 from cps_paper.rogue.experiments import RogueEvidence, seat_overrides
 from cps_paper.rogue.heat_map import (
     CONTACTS,
@@ -123,8 +123,5 @@ def _numbers(heads: tuple[str, str], of: Callable[[Any], HeatMap]) -> list[Colum
 
 LINE_COLUMNS = (
     Column("gap", lambda gap: gap, "{:g} m, {}"),
-    *(
-        Column(f"ratio {ratio:g}", lambda gap, ratio=ratio: collision_frequency_hz(ratio, gap[0]), "{:.3f}")  # type: ignore[misc]
-        for ratio in RATIOS
-    ),
+    *across(RATIOS, "ratio {:g}".format, lambda gap, ratio: collision_frequency_hz(ratio, gap[0]), "{:.3f}"),
 )

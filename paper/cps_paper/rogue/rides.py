@@ -11,7 +11,7 @@ from cps_envs.core.config import bounds
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.rogue.config import PAPER, RogueConfig
 from cps_paper.claims import joined
-from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.exhibit import Column, ExhibitTable, across
 from cps_paper.rogue.course import RogueCourse
 from cps_paper.rogue.experiments import RogueEvidence, swaying_ride
 from cps_paper.rogue.heat_map import CIRCLED, COURSE_FREQUENCIES_HZ, SWAYS, TITLES
@@ -181,10 +181,7 @@ def circles_table(evidence: RogueEvidence) -> ExhibitTable:
     columns = (
         Column("vehicle", lambda each: each[2].vehicle + 1),
         Column("f, Hz", lambda each: each[0], "{:g}"),
-        *(
-            Column(ring, lambda each, k=k: shares_of_rings(each[2], each[1].config)[k], "{:.0%}")  # type: ignore[misc]
-            for k, ring in enumerate(rings)
-        ),
+        *across(range(5), rings.__getitem__, lambda each, k: shares_of_rings(each[2], each[1].config)[k], "{:.0%}"),
         Column("a_m matters", lambda each: float(affected(each[2], each[1].config).mean()), "{:.1%}"),
     )
     courses = [(each, evidence.course(CIRCLED, each)) for each in COURSE_FREQUENCIES_HZ]
