@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from cps_agents.arena import store
-from cps_agents.arena.meeting import Job, Meeting, Preparation, Result
+from cps_agents.arena.meeting import Preparation, Result
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
@@ -21,7 +21,6 @@ from cps_paper.benchmark.schedule import Benchmark, PaperCell
 from cps_paper.benchmark.suite import find_benchmark, run_benchmark, select
 from cps_paper.printed.tables import velocity_errors, verdict
 from tests.agents.command_line import invoke
-from tests.agents.trained import save_tiny
 
 TINY = Benchmark(
     problem="disbanding",
@@ -84,31 +83,11 @@ def test_the_paper_s_number_is_beside_ours(tmp_path: Path) -> None:
     assert "crash or not agrees in 0 of 1" in agreement(outcome)
 
 
-def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    done: list[Job] = []
-    whole = Meeting.run
-
-    def run(job: Meeting) -> Result:
-        if len(done) == 3:
-            raise KeyboardInterrupt
-        done.append(job)
-        return whole(job)
-
-    monkeypatch.setattr(Meeting, "run", run)
-    with pytest.raises(KeyboardInterrupt):
-        run_benchmark(TINY, Store(tmp_path), workers=1)
-    assert len(list(tmp_path.iterdir())) == 4  # with the preparation
-    monkeypatch.setattr(Meeting, "run", whole)
-    resumed = run_benchmark(TINY, Store(tmp_path), workers=1)
-    assert (resumed.played.reused, resumed.played.jobs) == (4, 7)
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 7
-    assert run_benchmark(TINY, Store(tmp_path, fresh=True), workers=1).played.reused == 0
-
-
 def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run_benchmark(TINY, Store(tmp_path), workers=1)
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 0
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 7  # with the preparation
     next(tmp_path.glob("*random-copy*")).write_text('{"job": ')
     assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 6
     monkeypatch.setattr(store, "fingerprint", lambda problem: "other code")
@@ -207,21 +186,6 @@ def test_tables_of_the_paper() -> None:
 @pytest.mark.parametrize(("difference", "word"), [(2.0, "match"), (-2.1, "near"), (4.0, "near"), (-4.1, "miss")])
 def test_verdicts(difference: float, word: str) -> None:
     assert verdict(difference) == word
-
-
-def test_a_trained_contestant_is_played_anew_when_its_network_changes(tmp_path: Path) -> None:
-    card, table = tmp_path / "tiny.json", TINY.tables[0]
-
-    def train(hold: int) -> None:
-        save_tiny(card, "disbanding", "attacker", overrides=dict(table.venue.overrides), hold=hold)
-
-    train(hold=1)
-    learned = Contestant("learned", policy=f"zoo:{card}")
-    found = replace(TINY, tables=(replace(table, attackers=(Contestant("none"), learned)),))
-    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 0
-    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 4
-    train(hold=2)
-    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 2
 
 
 def test_planning_is_counted(tmp_path: Path) -> None:

@@ -31,10 +31,6 @@ def _twenty(evidence: DisbandingEvidence) -> ScenarioCourse:
     return evidence[evidence.experiments.string(STRINGS[0])]
 
 
-def _at(record: ScenarioCourse, time_s: float) -> int:
-    return int(np.searchsorted(record.time_s, time_s - 1e-9))
-
-
 @CLAIMS.judges("P01")
 def disbanded_share(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Vehicles of the disbanded platoon among all."""
@@ -47,7 +43,7 @@ def gap_left(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The inner gaps of the lead platoon when it is disbanded, and where they go."""
     record = _twenty(evidence)
     gaps = record.inner_gaps(LEAD)
-    left = float(gaps[_at(record, ATTACK_S)].mean())
+    left = float(gaps[np.searchsorted(record.time_s, ATTACK_S - 1e-9)].mean())
     shown = f"{left:.2f} m, an input, then {gaps[-1].min():.0f} m and more"
     return Finding(left, shown, by_construction(of_number(left, claim.number)))
 

@@ -37,7 +37,9 @@ class Variant:
 
     def experiments(self) -> list[Waves]:
         """What its maps need."""
-        return [row for defender in MAPS.values() for row in map_rows(defender, *self._axes)]
+        return [
+            row for defender in MAPS.values() for row in map_rows(defender, self.contact, self.ratios, self.overrides)
+        ]
 
     def maps(self, evidence: RogueEvidence) -> dict[str, HeatMap]:
         """Its maps, within the window."""
@@ -46,10 +48,6 @@ class Variant:
             defender: there.map(defender, self.ratios, self.overrides).window(self.first_hz, self.last_ratio)
             for defender in MAPS.values()
         }
-
-    @property
-    def _axes(self) -> tuple[str, tuple[float, ...], Overrides]:
-        return self.contact, self.ratios, self.overrides
 
 
 OWN = (  # of the maps of Figs. 5.6 to 5.11

@@ -143,16 +143,12 @@ def closing_speeds_mps(course: RogueCourse) -> list[float]:
     return [float(rise) for rise in rises[rises > 0]]
 
 
-def _first(course: RogueCourse) -> int | None:
-    hits = np.flatnonzero(course.damage > 0)
-    return int(hits[0]) if len(hits) else None
-
-
 def _at_contact(course: RogueCourse) -> tuple[float | None, float | None, float | None]:
     """When the first contact is, its closing speed, and the fastest vehicle then."""
-    first = _first(course)
-    if first is None:
+    hits = np.flatnonzero(course.damage > 0)
+    if not len(hits):
         return None, None, None
+    first = hits[0]
     return float(course.time_s[first]), float(course.damage[first]), float(course.speed_mps[first - 1].max())
 
 

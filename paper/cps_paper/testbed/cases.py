@@ -167,12 +167,10 @@ class Recovery:
 
     def _means(self, name: str, first: int) -> tuple[FloatArray, FloatArray]:
         """A course of each column from `first` on, with and without the attack, averaged."""
-        attacked, calm = (_running_mean(getattr(each, name)[:, :, first:], self._window) for each in self._both)
+        attacked, calm = (
+            _running_mean(getattr(each, name)[:, :, first:], self._window) for each in (self.attacked, self.calm)
+        )
         return attacked, calm
-
-    @property
-    def _both(self) -> tuple[CaseOutcome, CaseOutcome]:
-        return self.attacked, self.calm
 
 
 def _running_mean(values: FloatArray, window: int) -> FloatArray:
