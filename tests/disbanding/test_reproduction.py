@@ -15,7 +15,7 @@ from cps_paper.chapter import Reproduction
 from cps_paper.disbanding import plots
 from cps_paper.disbanding.cells import mean_distance, references, table_cells
 from cps_paper.disbanding.chapter import CHAPTER
-from cps_paper.disbanding.experiments import DisbandingEvidence, Experiments, evaluator
+from cps_paper.disbanding.experiments import DisbandingEvidence, evaluator
 from cps_paper.disbanding.played import READINGS, PlayedScenario
 from cps_paper.disbanding.scenario import CONTROLLERS, Recorded, Scenario, ScenarioOutcome
 from cps_paper.disbanding.summary import cells_of
@@ -123,7 +123,7 @@ def test_reference_covers_the_tables_of_the_specification() -> None:
 
 
 def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction[DisbandingEvidence]) -> None:
-    experiment = Experiments().cell("2.2", "heuristic", 4.0, 0.3)
+    experiment = DisbandingEvidence().cell("2.2", "heuristic", 4.0, 0.3)
     results = dict.fromkeys(CHAPTER.needed(("2.2",), found.evidence))
     results = {each: found.evidence[each] for each in results}
     outcome = results[experiment]
@@ -153,9 +153,9 @@ def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction
         0.5: (23.36, 27.64, 32.08, 35.72, 39.03, 42.19, 45.25, 48.26, 51.28),
     }
     for tau_s, row in expected.items():
-        outcomes = [found.evidence[Experiments().single(count, tau_s)] for count in range(2, 11)]
+        outcomes = [found.evidence[DisbandingEvidence().single(count, tau_s)] for count in range(2, 11)]
         np.testing.assert_allclose([outcome.velocity_error_intact for outcome in outcomes], row, atol=0.05)
-    collided = [int(found.evidence[Experiments().single(count, 0.2)].collided.sum()) for count in range(2, 11)]
+    collided = [int(found.evidence[DisbandingEvidence().single(count, 0.2)].collided.sum()) for count in range(2, 11)]
     assert collided == [6 * (count - 1) for count in range(2, 11)]
 
 
@@ -213,7 +213,9 @@ def test_search_evaluates_plans_like_scenarios() -> None:
     plans = np.full((2, 10), np.inf)
     plans[0, 9], plans[1, [9, 8]] = 1.0, [2.0, 100.0]
     values = evaluator(Scenario(()))(plans)
-    expected = [Experiments().cell(table, "baseline", 5.0, 0.1).run().velocity_error_all for table in ("2.2", "2.3")]
+    expected = [
+        DisbandingEvidence().cell(table, "baseline", 5.0, 0.1).run().velocity_error_all for table in ("2.2", "2.3")
+    ]
     np.testing.assert_array_equal(values, expected)
 
 
@@ -229,14 +231,14 @@ def test_processes_give_the_same_results() -> None:
 def test_what_is_played_is_what_is_simulated() -> None:
     """Without a defence the environment and the scenario of Figs. 2.3c and d are one simulation."""
     for count, tau_s in ((2, 0.3), (4, 0.5)):
-        played = Experiments().defended(count, tau_s, "none").run()
-        outcome = Experiments().single(count, tau_s).run()
+        played = DisbandingEvidence().defended(count, tau_s, "none").run()
+        outcome = DisbandingEvidence().single(count, tau_s).run()
         assert played["velocity_error_intact"] == outcome.velocity_error_intact
         assert played["collided"] == outcome.collided.sum()
 
 
 def test_every_reading_differs_from_the_paper_s_and_is_played_as_it_says() -> None:
-    experiments = Experiments("S1")
+    experiments = DisbandingEvidence(interpretation="S1")
     configs = [experiments.reading(each, 0.3, "none").config for each in READINGS]
     assert len({repr(config) for config in configs}) == len(READINGS) == len({each.name for each in READINGS})
     assert {config.interpretation for config in configs} == {"S1"}
@@ -248,7 +250,7 @@ def test_the_rear_vehicle_s_sensor_is_the_milder_attack() -> None:
     """Its alert runs from the rear to the front, the leader's the other way; in `paper` all take over at once."""
     names = ("preset paper", "leader's sensor, 0.5 s per link", "rear vehicle's sensor, 0.5 s per link")
     readings = {each.name: each for each in READINGS}
-    found = [Experiments().reading(readings[name], 0.3, "none").run()["velocity_error_intact"] for name in names]
+    found = [DisbandingEvidence().reading(readings[name], 0.3, "none").run()["velocity_error_intact"] for name in names]
     assert found[2] + 5.0 < found[0] < found[1]
 
 
@@ -259,10 +261,10 @@ def test_what_is_played_fills_its_tables() -> None:
     results = {each: dict.fromkeys((*metrics, "recovery_s"), float(k)) for k, each in enumerate(todo)}
     made = Reproduction(CHAPTER, ("platoons", "text"), DisbandingEvidence(results))
     tables = made.tables()
-    where = list(results).index(Experiments().defended(7, 0.3, "mpc"))
+    where = list(results).index(DisbandingEvidence().defended(7, 0.3, "mpc"))
     assert tables[1].rows[5][0] == "7"
     assert tables[1].rows[5][3] == f"{where:.2f} ({where})"
-    where = list(results).index(Experiments().reading(READINGS[2], 0.5, "copy"))
+    where = list(results).index(DisbandingEvidence().reading(READINGS[2], 0.5, "copy"))
     assert tables[6].rows[2] == ("standstill rule (r_0)", *tables[6].rows[2][1:3], f"{where:.2f} ({where})")
     document = json.loads(to_json(made.document()))["parts"]
     assert len(document["platoons"]) + len(document["text"]) == len(results)

@@ -132,13 +132,13 @@ def test_only_impossible_readings_start_the_range_attack(rows: list[FigureRow]) 
 
 
 def test_courses_end_at_the_first_watched_collision() -> None:
-    everything = attack_course(FIG_3_2, 10, "xv")
-    spared = attack_course(FIG_3_2, 10, "xv", ignored_pair=10)
+    everything = attack_course(FIG_3_2, "xv")
+    spared = attack_course(FIG_3_2, "xv", ignored_pair=10)
     assert (everything.gap_m[:-1] > 0.0).all()
     assert (everything.gap_m[-1] <= 1e-6).any()
     assert len(spared.gap_m) > len(everything.gap_m)
     np.testing.assert_array_equal(spared.gap_m[: len(everything.gap_m)], everything.gap_m)
-    assert attack_course(FIG_3_2, 10, "v").lowest_reading_m is None
+    assert attack_course(FIG_3_2, "v").lowest_reading_m is None
 
 
 def test_figure_has_four_panels_with_units(rows: list[FigureRow]) -> None:

@@ -115,9 +115,8 @@ def table_cells(
 
 
 def _cell(evidence: DisbandingEvidence, table: str, paper: VelocityErrorCell) -> VelocityErrorPair:
-    experiments = evidence.experiments
-    outcome = evidence[experiments.cell(table, paper.controller, *_setting(paper))]
-    return VelocityErrorPair(table, experiments.interpretation, paper, outcome)
+    outcome = evidence[evidence.cell(table, paper.controller, *_setting(paper))]
+    return VelocityErrorPair(table, evidence.interpretation, paper, outcome)
 
 
 def _setting(paper: VelocityErrorCell) -> tuple[float, float]:

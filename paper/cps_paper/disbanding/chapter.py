@@ -42,7 +42,7 @@ def _table(table: str, about: str) -> Exhibit[DisbandingEvidence]:
     return Exhibit(
         table,
         f"Table {table}: {about}",
-        lambda seen: seen.experiments.table(table),
+        lambda seen: seen.table(table),
         lambda seen: cells_tables(seen, table),
         lambda seen: cells_data(table_cells(seen, table)),
     )
@@ -65,7 +65,7 @@ def sweep_tables(seen: DisbandingEvidence) -> list[ExhibitTable]:
 
 
 def _sweep(seen: DisbandingEvidence, title: str, shown: Callable[[ScenarioOutcome], str]) -> ExhibitTable:
-    counts = across(PLATOONS, str, lambda tau_s, count: shown(seen[seen.experiments.single(count, tau_s)]))
+    counts = across(PLATOONS, str, lambda tau_s, count: shown(seen[seen.single(count, tau_s)]))
     return ExhibitTable(title, (Column("tau \\ N", float, "{:g} s"), *counts), FIGURE_TAUS_S)
 
 
@@ -81,27 +81,24 @@ def sweep_data(seen: DisbandingEvidence) -> list[dict[str, Any]]:
         }
         for tau_s in FIGURE_TAUS_S
         for count in PLATOONS
-        for outcome in [seen[seen.experiments.single(count, tau_s)]]
+        for outcome in [seen[seen.single(count, tau_s)]]
     ]
 
 
 def _searches(seen: DisbandingEvidence) -> list[Experiment[Any]]:
     """`quick` leaves out the grid of alternative attacks and all but one search."""
-    named = seen.experiments
-    grid = [] if seen.quick else named.two_platoons()
-    return [*named.searches(quick=seen.quick), *named.paper_plans(), *grid]
+    return [*seen.searches(), *seen.paper_plans(), *([] if seen.quick else seen.two_platoons())]
 
 
 def _behind_claims(seen: DisbandingEvidence) -> list[Experiment[Any]]:
     """`quick` leaves out long strings and the grids of alternative attacks."""
-    named = seen.experiments
-    todo = [*named.table("2.2"), *named.table("2.3"), *named.figure_2_1(quick=seen.quick), *named.figure_2_3()]
-    return todo if seen.quick else [*todo, *named.one_platoon(), *named.two_platoons()]
+    todo = [*seen.table("2.2"), *seen.table("2.3"), *seen.figure_2_1(), *seen.figure_2_3()]
+    return todo if seen.quick else [*todo, *seen.one_platoon(), *seen.two_platoons()]
 
 
 def _baselines(seen: DisbandingEvidence) -> list[Experiment[Any]]:
-    views = [seen.under(name).experiments for name in INTERPRETATIONS]
-    return [each for named in views for table in ("2.2", "2.3") for each in named.table(table, (BASELINE,))]
+    views = map(seen.under, INTERPRETATIONS)
+    return [each for view in views for table in ("2.2", "2.3") for each in view.table(table, (BASELINE,))]
 
 
 JUDGED: Judged[DisbandingEvidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
@@ -119,14 +116,14 @@ EXHIBITS: tuple[Exhibit[DisbandingEvidence], ...] = (
     Exhibit(
         "2.1fig",
         "Fig. 2.1: strings of 20, 50 and 80 platoons",
-        lambda seen: seen.experiments.figure_2_1(quick=seen.quick),
+        DisbandingEvidence.figure_2_1,
         courses_tables,
         figures={"figure_2_1": plots.draw_2_1},
     ),
     Exhibit(
         "2.3fig",
         "Fig. 2.3: optimal attacks",
-        lambda seen: seen.experiments.figure_2_3(),
+        DisbandingEvidence.figure_2_3,
         sweep_tables,
         sweep_data,
         figures={"figure_2_3": plots.draw_2_3},
@@ -142,7 +139,7 @@ EXHIBITS: tuple[Exhibit[DisbandingEvidence], ...] = (
     Exhibit(
         "platoons",
         "every defender against N = 2 to 10 platoons",
-        lambda seen: seen.experiments.platoons(),
+        DisbandingEvidence.platoons,
         platoons_tables,
         platoons_data,
         quick=False,
@@ -150,7 +147,7 @@ EXHIBITS: tuple[Exhibit[DisbandingEvidence], ...] = (
     Exhibit(
         "text",
         "what the text describes and the tables leave out, with comfort, energy and recovery",
-        lambda seen: seen.experiments.readings(),
+        DisbandingEvidence.readings,
         readings_tables,
         readings_data,
         quick=False,

@@ -28,7 +28,7 @@ CHANGE_SHARE = 0.05  # of the desired gap or speed; chosen: smaller moves are no
 
 
 def _twenty(evidence: DisbandingEvidence) -> ScenarioCourse:
-    return evidence[evidence.experiments.string(STRINGS[0])]
+    return evidence[evidence.string(STRINGS[0])]
 
 
 @CLAIMS.judges("P01")
@@ -157,7 +157,7 @@ def _decrease_increase_settle(record: ScenarioCourse, platoon: int) -> bool:
 def recovery(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """When strings of 20, 50 and 80 platoons have recovered, in minutes."""
     count = dict(zip(("P13", "P15", "P16"), STRINGS, strict=True))[claim.id]
-    record = evidence[evidence.experiments.string(count)]
+    record = evidence[evidence.string(count)]
     recovered, nearly = (_minutes(record.recovered_s(share)) for share in (SAME_SHARE, NEAR_SHARE))
     never = f"never in {record.time_s[-1] / 60.0:.0f} min"
     times = (never if minutes is None else f"{minutes:.1f} min" for minutes in (recovered, nearly))
@@ -170,7 +170,7 @@ def recovery(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 @CLAIMS.judges("P14")
 def longer_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """How long the rear vehicle stands, over the number of platoons."""
-    records = [evidence[evidence.experiments.string(count)] for count in STRINGS]
+    records = [evidence[evidence.string(count)] for count in STRINGS]
     stops = [record.duration_s(record.speed_mps[:, -1] < STOP_MPS) for record in records]
     hold = [above(later, earlier) for earlier, later in pairwise(stops)]
     return Finding(all(hold), f"rear vehicle stands {joined(stops)} s for N = {joined(list(STRINGS))}", of_cases(hold))
@@ -180,7 +180,7 @@ def longer_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 def stop_and_go(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at least once, twice, three times; the verdict is that at tau 0.1 s."""
     times = ("P17", "P18", "P19").index(claim.id) + 1
-    shares = [evidence[evidence.experiments.every_other(tau_s)].stopped_share(times) for tau_s in TAUS_S[:2]]
+    shares = [evidence[evidence.every_other(tau_s)].stopped_share(times) for tau_s in TAUS_S[:2]]
     return Finding(
         shares[0],
         f"{shares[0]:.0f} % of the vehicles (tau 0.3 s: {shares[1]:.0f} %)",
@@ -191,7 +191,7 @@ def stop_and_go(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 @CLAIMS.judges("P20")
 def collisions_everywhere(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles involved in collisions."""
-    outcomes = [evidence[evidence.experiments.every_other(tau_s)] for tau_s in TAUS_S[:2]]
+    outcomes = [evidence[evidence.every_other(tau_s)] for tau_s in TAUS_S[:2]]
     shares = [outcome.collided_share() for outcome in outcomes]
     rear = 100.0 * float(outcomes[1].rear_collided[outcomes[1].intact].mean())
     shown = f"{shares[0]:.0f} % (tau 0.3 s: {shares[1]:.0f} %, as rear vehicles {rear:.0f} %)"

@@ -28,7 +28,7 @@ from cps_paper.verdicts import above, grows_throughout, of_cases, of_number
 def mean_error(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """E_v of Figs. 2.3a and b, averaged over the intact vehicles."""
     attack = ((10, ATTACK_S),) if claim.id == "P21" else ATTACKS["2.3"]
-    outcome = evidence[evidence.experiments.rear_speeds(attack)]
+    outcome = evidence[evidence.rear_speeds(attack)]
     value = outcome.velocity_error_intact
     shown = f"{value:.2f} % over intact vehicles ({outcome.velocity_error_all:.2f} % over all)"
     return Finding(value, shown, of_number(value, claim.number, POINTS))
@@ -96,7 +96,7 @@ def more_collisions(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 @CLAIMS.judges("P28")
 def rear_vehicles_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The rear vehicles of the nine intact platoons: all slow down, some stop."""
-    record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
+    record = evidence[evidence.rear_speeds(((10, ATTACK_S),))]
     size = record.config.vehicles_per_platoon
     rear = slice(2 * size - 1, None, size)
     slower = (record.speed_mps[:, rear].min(axis=0) < record.config.desired_speed_mps - 1.0).tolist()
@@ -129,17 +129,17 @@ def best_second(evidence: DisbandingEvidence, tau_s: float) -> tuple[int, float]
 
 def second_error(evidence: DisbandingEvidence, tau_s: float, platoon: int, time_s: float) -> float:
     """E_v in percent over all vehicles of a two-platoon attack."""
-    return evidence[evidence.experiments.second(tau_s, platoon, time_s)].velocity_error_all
+    return evidence[evidence.second(tau_s, platoon, time_s)].velocity_error_all
 
 
 def _error(
     evidence: DisbandingEvidence, count: int, tau_s: float, platoon: int | None = None, time_s: float = 1.0
 ) -> float:
-    return evidence[evidence.experiments.single(count, tau_s, platoon, time_s)].velocity_error_intact
+    return evidence[evidence.single(count, tau_s, platoon, time_s)].velocity_error_intact
 
 
 def _collided(evidence: DisbandingEvidence, count: int, tau_s: float) -> int:
-    return int(evidence[evidence.experiments.single(count, tau_s)].collided.sum())
+    return int(evidence[evidence.single(count, tau_s)].collided.sum())
 
 
 @CLAIMS.judges("P29", "P39")
@@ -186,7 +186,7 @@ def involved(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 def baseline_stops(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at x_d = 5 m, tau = 0.1 s."""
     share = _outcome(evidence, "baseline", *CELLS[0]).stopped_share()
-    record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
+    record = evidence[evidence.rear_speeds(((10, ATTACK_S),))]
     lowest = record.speed_mps[:, record.intact].min(axis=0)
     slower = ", ".join(f"{100.0 * float((lowest < limit).mean()):.1f} % < {limit:g} m/s" for limit in (1.0, 2.0))
     return Finding(share, f"{share:.1f} % < 0.01 m/s, {slower}", of_number(share, claim.number))
@@ -215,7 +215,7 @@ def mitigations_equal(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 
 
 def _outcome(evidence: DisbandingEvidence, controller: str, desired_gap_m: float, tau_s: float) -> ScenarioOutcome:
-    return evidence[evidence.experiments.cell("2.2", controller, desired_gap_m, tau_s)]
+    return evidence[evidence.cell("2.2", controller, desired_gap_m, tau_s)]
 
 
 def _cases(cells: list[VelocityErrorPair], hold: list[bool]) -> str:

@@ -85,10 +85,15 @@ ATTACK_S = 2.0  # Figs. 2.1 and 2.3a, b
 
 
 @dataclass(frozen=True)
-class Experiments:
-    """The chapter's experiments by name."""
+class DisbandingEvidence(Evidence):
+    """The chapter's experiments by name, under one interpretation, and their results."""
 
     interpretation: str = "S0"
+    all_interpretations: bool = False  # of the baseline
+
+    def under(self, interpretation: str) -> DisbandingEvidence:
+        """The same results, read under another interpretation."""
+        return replace(self, interpretation=interpretation)
 
     def cell(self, table: str, controller: str, desired_gap_m: float, tau_s: float) -> Scenario:
         """A cell of Table 2.2 or 2.3."""
@@ -141,9 +146,9 @@ class Experiments:
         """All cells of a table."""
         return [self.cell(table, controller, *cell) for controller in controllers for cell in CELLS]
 
-    def figure_2_1(self, *, quick: bool) -> list[Experiment[Any]]:
+    def figure_2_1(self) -> list[Experiment[Any]]:
         """Everything behind Fig. 2.1; `quick` leaves out the strings of 50 and 80 platoons."""
-        strings = [self.string(count) for count in (STRINGS[:1] if quick else STRINGS)]
+        strings = [self.string(count) for count in (STRINGS[:1] if self.quick else STRINGS)]
         return [*strings, *(self.every_other(tau_s) for tau_s in TAUS_S[:2])]
 
     def figure_2_3(self) -> list[Experiment[Any]]:
@@ -177,24 +182,7 @@ class Experiments:
         """All of them."""
         return [self.paper_plan(budget, tau_s) for budget in BUDGETS for tau_s in TAUS_S]
 
-    def searches(self, *, quick: bool) -> list[Experiment[Any]]:
+    def searches(self) -> list[Experiment[Any]]:
         """The genetic algorithm with one and two platoons; `quick` is a single search."""
         every: list[Experiment[Any]] = [self.search(budget, tau_s) for budget in BUDGETS for tau_s in TAUS_S]
-        return every[:1] if quick else every
-
-
-@dataclass(frozen=True)
-class DisbandingEvidence(Evidence):
-    """Results by experiment; `experiments` names them under the interpretation."""
-
-    interpretation: str = "S0"
-    all_interpretations: bool = False  # of the baseline
-
-    @property
-    def experiments(self) -> Experiments:
-        """The chapter's experiments under the interpretation."""
-        return Experiments(self.interpretation)
-
-    def under(self, interpretation: str) -> DisbandingEvidence:
-        """The same results, read under another interpretation."""
-        return replace(self, interpretation=interpretation)
+        return every[:1] if self.quick else every

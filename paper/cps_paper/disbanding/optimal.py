@@ -60,10 +60,10 @@ def optima(evidence: DisbandingEvidence) -> list[Optimum]:
     for budget in BUDGETS:
         for tau_s in TAUS_S:
             try:
-                result = evidence[evidence.experiments.search(budget, tau_s)]
+                result = evidence[evidence.search(budget, tau_s)]
             except NotRunError:
                 continue
-            paper_error = evidence[evidence.experiments.paper_plan(budget, tau_s)].velocity_error_all
+            paper_error = evidence[evidence.paper_plan(budget, tau_s)].velocity_error_all
             grid, grid_error = _grid(evidence, tau_s) if budget == 2 else ([], None)
             found.append(Optimum(budget, tau_s, result, paper_error, grid, grid_error))
     return found

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cps_paper.disbanding.experiments import PLATOONS, TAUS_S, DisbandingEvidence
-from cps_paper.disbanding.played import DEFENDERS, READINGS
+from cps_paper.disbanding.played import DEFENDERS, READINGS, PlayedReading
 from cps_paper.exhibit import Column, ExhibitTable, across
 
 PLAYED = (
@@ -36,7 +36,7 @@ def platoons_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
             "defender": name,
             "tau_s": tau_s,
             "num_platoons": count,
-            **evidence[evidence.experiments.defended(count, tau_s, name)],
+            **evidence[evidence.defended(count, tau_s, name)],
         }
         for name in DEFENDERS
         for tau_s in TAUS_S
@@ -45,8 +45,7 @@ def platoons_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
 
 
 def _platoons(evidence: DisbandingEvidence, tau_s: float) -> ExhibitTable:
-    defended = evidence.experiments.defended
-    names = across(DEFENDERS, str, lambda count, name: _shown(evidence[defended(count, tau_s, name)]))
+    names = across(DEFENDERS, str, lambda count, name: _shown(evidence[evidence.defended(count, tau_s, name)]))
     title = f"tau = {tau_s:g} s, N platoons: E_v in percent over intact vehicles (collisions)"
     return ExhibitTable(title, (Column("N", str), *names), PLATOONS, (PLAYED,) if tau_s == TAUS_S[-1] else ())
 
@@ -64,7 +63,7 @@ def readings_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
             "defender": name,
             "tau_s": tau_s,
             "episodes": each.episodes,
-            **evidence[evidence.experiments.reading(each, tau_s, name)],
+            **evidence[evidence.reading(each, tau_s, name)],
         }
         for each in READINGS
         for name in DEFENDERS
@@ -73,8 +72,10 @@ def readings_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
 
 
 def _readings(evidence: DisbandingEvidence, name: str) -> ExhibitTable:
-    reading = evidence.experiments.reading
-    lags = across(TAUS_S, "tau = {:g} s".format, lambda each, tau_s: _shown(evidence[reading(each, tau_s, name)]))
+    def shown(each: PlayedReading, tau_s: float) -> str:
+        return _shown(evidence[evidence.reading(each, tau_s, name)])
+
+    lags = across(TAUS_S, "tau = {:g} s".format, shown)
     title = f"Defender {name}: E_v in percent over intact vehicles (collisions)"
     notes = (PLAYED, TEXT) if name == DEFENDERS[-1] else ()
     return ExhibitTable(title, (Column("", "name"), *lags), READINGS, notes)
@@ -82,9 +83,7 @@ def _readings(evidence: DisbandingEvidence, name: str) -> ExhibitTable:
 
 def _ride(evidence: DisbandingEvidence) -> ExhibitTable:
     rides = [
-        (tau_s, name, evidence[evidence.experiments.reading(READINGS[0], tau_s, name)])
-        for tau_s in TAUS_S
-        for name in DEFENDERS
+        (tau_s, name, evidence[evidence.reading(READINGS[0], tau_s, name)]) for tau_s in TAUS_S for name in DEFENDERS
     ]
     return ExhibitTable("Comfort, energy and recovery in preset paper", RIDE, rides, (RIDE_NOTE,), left=2, grouped=1)
 

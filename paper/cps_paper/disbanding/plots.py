@@ -31,7 +31,7 @@ def draw_2_1(evidence: DisbandingEvidence) -> Any:
     """All five panels."""
     figure = new_figure(11.0, 10.5, f"Fig. 2.1 recomputed ({evidence.interpretation}, tau = 0.1 s, x_d = 5 m)")
     panels = figure.subplot_mosaic("ab;cd;ee")
-    twenty = evidence[evidence.experiments.string(STRINGS[0])]
+    twenty = evidence[evidence.string(STRINGS[0])]
     title = "a) Positions; platoon 20 leads and is disbanded at 2 s"
     dress(panels["a"], title, TIME, "position / km", x_limits=(0, 300), y_limits=(-2.2, 9.0))
     _vehicles(panels["a"], twenty, lambda platoon: twenty.position_m[:, twenty.vehicles(platoon)] / 1000.0)
@@ -57,14 +57,14 @@ def _vehicles(axes: Any, record: ScenarioCourse, values: Callable[[int], Any]) -
 def _rear_positions(axes: Any, evidence: DisbandingEvidence) -> None:
     for count, color in zip(STRINGS, shades(len(STRINGS)), strict=True):
         with suppress(NotRunError):
-            record = evidence[evidence.experiments.string(count)]
+            record = evidence[evidence.string(count)]
             axes.plot(record.time_s, record.position_m[:, -1] / 1000.0, color=color, label=f"N = {count}")
     title, y = "d) Rear vehicle of the string", "position / km"
     dress(axes, title, TIME, y, x_limits=(0, 1000), y_limits=(-8, 20), legend={})
 
 
 def _rear_speeds_of_others(axes: Any, evidence: DisbandingEvidence) -> None:
-    record = evidence[evidence.experiments.every_other(TAUS_S[0])]
+    record = evidence[evidence.every_other(TAUS_S[0])]
     every = range(record.config.max_platoons, 0, -1)
     intact = [platoon for platoon in every if record.intact[record.vehicles(platoon)].all()]
     curves(axes, record.time_s, record.rear_speeds_mps(intact), list(map(str, intact)), linewidth=1.0)
@@ -93,7 +93,7 @@ def draw_2_3(evidence: DisbandingEvidence) -> Any:
 
 
 def _rear_speeds(axes: Any, evidence: DisbandingEvidence, attack: Attack, title: str, claim_id: str) -> None:
-    record, disbanded = evidence[evidence.experiments.rear_speeds(attack)], {platoon for platoon, _ in attack}
+    record, disbanded = evidence[evidence.rear_speeds(attack)], {platoon for platoon, _ in attack}
     drawn = {each: color for each, color in zip(REAR_OF, shades(len(REAR_OF)), strict=True) if each not in disbanded}
     speeds = record.rear_speeds_mps(list(drawn))
     curves(axes, record.time_s, speeds, list(map(str, drawn)), list(drawn.values()), linewidth=1.2)
@@ -104,6 +104,6 @@ def _rear_speeds(axes: Any, evidence: DisbandingEvidence, attack: Attack, title:
 
 def _sweep(axes: Any, evidence: DisbandingEvidence, value: Callable[[ScenarioOutcome], float]) -> None:
     def row(tau_s: float) -> list[float]:
-        return [value(evidence[evidence.experiments.single(count, tau_s)]) for count in PLATOONS]
+        return [value(evidence[evidence.single(count, tau_s)]) for count in PLATOONS]
 
     marked_curves(axes, PLATOONS, {f"tau = {tau_s:g} s": row(tau_s) for tau_s in FIGURE_TAUS_S})

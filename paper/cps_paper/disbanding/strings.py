@@ -131,7 +131,7 @@ class EveryOther:
 
 def courses_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     """What Figs. 2.1a-c, d and e show, in numbers, as far as they were simulated."""
-    twenty = evidence[evidence.experiments.string(STRINGS[0])]
+    twenty = evidence[evidence.string(STRINGS[0])]
     platoons = [_platoon(twenty, platoon) for platoon in SHOWN]
     others = [_every_other(evidence, tau_s) for tau_s in TAUS_S[:2]]
     return [
@@ -166,7 +166,7 @@ def _strings(evidence: DisbandingEvidence) -> list[StringCourse]:
     found = []
     for count, claim in zip(STRINGS, RECOVERY_CLAIMS, strict=True):
         with suppress(NotRunError):
-            found.append(_string(evidence[evidence.experiments.string(count)], CLAIMS.number(claim)))
+            found.append(_string(evidence[evidence.string(count)], CLAIMS.number(claim)))
     return found
 
 
@@ -195,7 +195,7 @@ def _string(record: ScenarioCourse, paper_min: float) -> StringCourse:
 
 
 def _every_other(evidence: DisbandingEvidence, tau_s: float) -> EveryOther:
-    outcome = evidence[evidence.experiments.every_other(tau_s)]
+    outcome = evidence[evidence.every_other(tau_s)]
     once, twice, thrice = (outcome.stopped_share(times) for times in (1, 2, 3))
     rear = 100.0 * float(outcome.rear_collided[outcome.intact].mean())
     return EveryOther(tau_s, (once, twice, thrice), outcome.collided_share(), rear)

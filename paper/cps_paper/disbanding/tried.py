@@ -26,13 +26,13 @@ APART_S, DURATION_S = 30.0, 600.0  # of every other platoon, Fig. 2.1e
 
 def periods_s(evidence: DisbandingEvidence) -> list[float]:
     """The periods that are whole integration steps of the interpretation."""
-    step_s = DisbandingConfig(interpretation=evidence.experiments.interpretation).dynamics.dt_s
+    step_s = DisbandingConfig(interpretation=evidence.interpretation).dynamics.dt_s
     return [period_s for period_s in PERIODS_S if math.isclose(period_s / step_s, round(period_s / step_s))]
 
 
 def repeated(evidence: DisbandingEvidence, period_s: float) -> list[PlayedScenario]:
     """The cells of Table 2.2 with the heuristic repeated so often, its correction held in between."""
-    chosen = ("interpretation", evidence.experiments.interpretation)
+    chosen = ("interpretation", evidence.interpretation)
     return [
         PlayedScenario("heuristic", tau_s, (("desired_gap_m", gap_m), ("control_period_s", period_s), chosen))
         for gap_m, tau_s in CELLS
@@ -42,7 +42,7 @@ def repeated(evidence: DisbandingEvidence, period_s: float) -> list[PlayedScenar
 def disbanded(evidence: DisbandingEvidence, count: int, first: int, tau_s: float) -> Scenario:
     """So many of 20 platoons are disbanded, every other one from `first` on."""
     attack: Attack = tuple((first - 2 * i, ATTACK_S + APART_S * i) for i in range(count))
-    chosen = evidence.experiments.interpretation
+    chosen = evidence.interpretation
     return Scenario(attack, tau_s, interpretation=chosen, num_platoons=STRINGS[0], duration_s=DURATION_S)
 
 

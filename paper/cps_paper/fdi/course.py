@@ -47,21 +47,21 @@ class CollisionCourse:
 
 def attack_course(
     config: FdiConfig,
-    vehicle: int,
     kind: str,
     *,
     gap_sign: float = CORRECTED,
     ignored_pair: int | None = None,
 ) -> CollisionCourse:
-    """Attack one vehicle from rest until a gap closes or the horizon ends, searching one injection at a time.
+    """Attack the lead from rest until a gap closes or the horizon ends, searching one injection at a time.
 
     `gap_sign` is that of e_x in (3.39). `ignored_pair` may collide without ending the course.
 
     Raises:
-        ConfigurationError: no such vehicle or kind.
+        ConfigurationError: no such kind.
     """
-    search = make_search(config, vehicle, kind, gap_sign=gap_sign)
-    watched = np.arange(1, config.num_vehicles + 1) != ignored_pair
+    lead = config.num_vehicles
+    search = make_search(config, lead, kind, gap_sign=gap_sign)
+    watched = np.arange(1, lead + 1) != ignored_pair
     resolution = np.array([config.range_resolution_m, config.rate_resolution_mps])[[kind != "v", "v" in kind]]
     errors, injections = [np.zeros(2 * config.num_vehicles)], list[FloatArray]()
     infeasible, collision = 0, None
@@ -74,7 +74,7 @@ def attack_course(
     gap_m, relative_speed_mps = np.split(np.array(errors), 2, axis=1)
     gap_m += config.desired_gap_m
     injection = np.array(injections)
-    lowest_m = float((gap_m[:-1, vehicle - 1] + injection[:, 0]).min()) if "x" in kind else None
+    lowest_m = float((gap_m[:-1, lead - 1] + injection[:, 0]).min()) if "x" in kind else None
     return CollisionCourse(gap_m, relative_speed_mps, injection, lowest_m, infeasible, config.dt_s, collision)
 
 

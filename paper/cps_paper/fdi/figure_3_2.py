@@ -65,9 +65,7 @@ class FigureRun:
     def run(self) -> CollisionCourse:
         """Run it for up to 60 s."""
         variant = self.variant
-        return attack_course(
-            variant.config, LEAD, self.kind, gap_sign=variant.gap_sign, ignored_pair=variant.ignored_pair
-        )
+        return attack_course(variant.config, self.kind, gap_sign=variant.gap_sign, ignored_pair=variant.ignored_pair)
 
 
 def figure_runs() -> list[FigureRun]:
