@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from cps_paper.hvac.clear_day import zone_days
 from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     ATTACKS,
+    DAYS,
     DEFENCES,
     EARLY,
     EARLY_COUNTS,
+    TABLE_DAYS,
     compared,
     early,
     undefended,
@@ -77,35 +79,26 @@ def _first_zone(evidence: HvacEvidence) -> Iterator[Measure]:
         yield Measure("Fig. 4.4b", f"rise of zone {zone}", rise_c)
 
 
-def _tables(table: str) -> Callable[[HvacEvidence], Iterator[Measure]]:
-    def rows(evidence: HvacEvidence) -> Iterator[Measure]:
-        for row in table_rows(evidence, table):
-            yield Measure(f"Table {table}", f"{row.sensors_used} sensors, {row.percent} %", row.ours)
-
-    return rows
+def _table(table: str, evidence: HvacEvidence) -> Iterator[Measure]:
+    for row in table_rows(evidence, table):
+        yield Measure(f"Table {table}", f"{row.sensors_used} sensors, {row.percent} %", row.ours)
 
 
-def _bars(num_sensors: int, defender: str) -> Callable[[HvacEvidence], Iterator[Measure]]:
+def _bars(num_sensors: int, defender: str, evidence: HvacEvidence) -> Iterator[Measure]:
     group = f"{defender}, {num_sensors} sensors"
-
-    def bars(evidence: HvacEvidence) -> Iterator[Measure]:
-        yield _impact(group, "attack-free", evidence[compared(num_sensors, "none", defender, 0)])
-        for attacker in ATTACKS:
-            for count, bar in enumerate(outcomes(evidence, num_sensors, attacker, defender)[1:], 1):
-                yield _impact(group, f"{attacker} {count}", bar)
-                if attacker == "random":
-                    sets = bar.distinct_sets.astype(np.float64)
-                    yield Measure(group, f"sets used, {attacker} {count}", float(sets.mean()), sets)
-
-    return bars
+    yield _impact(group, "attack-free", evidence[compared(num_sensors, "none", defender, 0)])
+    for attacker in ATTACKS:
+        for count, bar in enumerate(outcomes(evidence, num_sensors, attacker, defender)[1:], 1):
+            yield _impact(group, f"{attacker} {count}", bar)
+            if attacker == "random":
+                sets = bar.distinct_sets.astype(np.float64)
+                yield Measure(group, f"sets used, {attacker} {count}", float(sets.mean()), sets)
 
 
-def _sets(num_sensors: int) -> Callable[[HvacEvidence], Iterator[Measure]]:
-    def sets(evidence: HvacEvidence) -> Iterator[Measure]:
+def _sets(evidence: HvacEvidence) -> Iterator[Measure]:
+    for num_sensors in DAYS:
         count = len(sensor_sets(compared(num_sensors, "none", "none", 0).config))
         yield Measure("number of sets", f"{num_sensors} sensors", float(count))
-
-    return sets
 
 
 def _early(evidence: HvacEvidence) -> Iterator[Measure]:
@@ -123,9 +116,9 @@ GROUPS: tuple[Callable[[HvacEvidence], Iterator[Measure]], ...] = (
     _clear_day,
     _undefended,
     _first_zone,
-    *(_tables(table) for table in ("4.1", "4.2")),
-    *(_sets(num_sensors) for num_sensors in (4, 8)),
-    *(_bars(num_sensors, defender) for num_sensors in (4, 8) for defender in DEFENCES),
+    *(partial(_table, table) for table in TABLE_DAYS),
+    _sets,
+    *(partial(_bars, num_sensors, defender) for num_sensors in DAYS for defender in DEFENCES),
     _early,
 )
 

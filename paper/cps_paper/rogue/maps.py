@@ -23,17 +23,14 @@ from cps_paper.rogue.heat_map import (
     collision_frequency_hz,
 )
 
-HEADS = {contact: (f"{contact}: maximum", f"mean, {unit}") for contact, unit in CONTACTS.items()}  # of columns
 Seat = tuple[int, int, str]  # vehicles, seat from the rear, defender
 
 
 def maps_tables(evidence: RogueEvidence) -> list[ExhibitTable]:
     """All maps, and the collision line for both readings of the gap."""
     columns = [Column("Fig.", lambda each: each[0]), Column("", lambda each: TITLES[each[1]])]
-    for contact, heads in HEADS.items():
-        there = evidence.under(contact)
-        columns += _numbers(heads, lambda each, there=there: there.map(each[1]))  # type: ignore[misc]
-        columns.append(Column("at", lambda each, there=there: there.map(each[1]).peak, "{:g} Hz, {:g}"))  # type: ignore[misc]
+    for contact in CONTACTS:
+        columns += _numbers(evidence.under(contact), lambda there, each: there.map(each[1]))
     axes = (
         f"{len(FREQUENCIES_HZ)} frequencies from {FREQUENCIES_HZ[0]:g} to {FREQUENCIES_HZ[-1]:g} Hz and power ratios "
         f"{', '.join(f'{ratio:g}' for ratio in RATIOS)}, both chosen; {PAPER.duration_s:g} s, chosen."
@@ -77,8 +74,8 @@ def seats_table(evidence: RogueEvidence) -> ExhibitTable:
         Column("seat", lambda each: each[1]),
         Column("", lambda each: TITLES[each[2]]),
     ]
-    for contact, heads in HEADS.items():
-        columns += _numbers(heads, lambda each, contact=contact: _seat_map(evidence, contact, each))  # type: ignore[misc]
+    for contact in CONTACTS:
+        columns += _numbers(evidence.under(contact), _seat_map)[:2]
     notes = (
         f"Seat 1 is the rear. {len(FREQUENCIES_HZ)} frequencies, power ratios "
         f"{', '.join(f'{ratio:g}' for ratio in SEAT_RATIOS)}; the paper's attacker has seat 3 of 5.",
@@ -97,7 +94,7 @@ def seats_data(evidence: RogueEvidence) -> list[dict[str, Any]]:
             "unit": unit,
             "ratios": list(SEAT_RATIOS),
             "frequencies_hz": list(FREQUENCIES_HZ),
-            "damage": _seat_map(evidence, contact, each).damage.tolist(),
+            "damage": _seat_map(evidence.under(contact), each).damage.tolist(),
         }
         for each in every_seat()
         for contact, unit in CONTACTS.items()
@@ -109,15 +106,16 @@ def every_seat() -> list[Seat]:
     return [(vehicles, seat, name) for vehicles, seats in SEATS.items() for seat, name in product(seats, SEATED)]
 
 
-def _seat_map(evidence: RogueEvidence, contact: str, seat: Seat) -> HeatMap:
-    return evidence.under(contact).map(seat[2], SEAT_RATIOS, seat_overrides(seat[0], seat[1]))
+def _seat_map(there: RogueEvidence, seat: Seat) -> HeatMap:
+    return there.map(seat[2], SEAT_RATIOS, seat_overrides(seat[0], seat[1]))
 
 
-def _numbers(heads: tuple[str, str], of: Callable[[Any], HeatMap]) -> list[Column]:
-    """Maximum and mean of a map."""
+def _numbers(there: RogueEvidence, of: Callable[[RogueEvidence, Any], HeatMap]) -> list[Column]:
+    """Maximum and mean of a map under a contact, and where the maximum is."""
     return [
-        Column(heads[0], lambda each: of(each).highest, "{:.1f}"),
-        Column(heads[1], lambda each: of(each).mean, "{:.1f}"),
+        Column(f"{there.contact}: maximum", lambda each: of(there, each).highest, "{:.1f}"),
+        Column(f"mean, {CONTACTS[there.contact]}", lambda each: of(there, each).mean, "{:.1f}"),
+        Column("at", lambda each: of(there, each).peak, "{:g} Hz, {:g}"),
     ]
 
 
