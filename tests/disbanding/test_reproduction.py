@@ -20,7 +20,6 @@ from cps_paper.disbanding.played import READINGS, PlayedScenario
 from cps_paper.disbanding.scenario import CONTROLLERS, Recorded, Scenario, ScenarioOutcome
 from cps_paper.disbanding.summary import cells_of
 from cps_paper.disbanding.tried import disbanded, tried, tried_data, tried_tables
-from cps_paper.evidence import compute
 from cps_paper.printed.tables import velocity_errors
 from cps_paper.verdicts import (
     NEAR,
@@ -217,15 +216,6 @@ def test_search_evaluates_plans_like_scenarios() -> None:
         DisbandingEvidence().cell(table, "baseline", 5.0, 0.1).run().velocity_error_all for table in ("2.2", "2.3")
     ]
     np.testing.assert_array_equal(values, expected)
-
-
-def test_processes_give_the_same_results() -> None:
-    experiments: list[Any] = [SHORT, replace(SHORT, tau_s=0.3), Recorded(**vars(SHORT), sample_s=1.0)]
-    spawned = compute(experiments, 2)
-    here = compute(experiments)
-    for experiment in experiments[:2]:
-        assert spawned[experiment].velocity_error_all == here[experiment].velocity_error_all
-    np.testing.assert_array_equal(spawned[experiments[2]].speed_mps, here[experiments[2]].speed_mps)
 
 
 def test_what_is_played_is_what_is_simulated() -> None:

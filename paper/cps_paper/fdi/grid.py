@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from cps_baselines.fdi.highs import INFEASIBLE, OPTIMAL, Limits, Program, solve
+from cps_baselines.fdi.highs import INFEASIBLE, OPTIMAL, Limits, Program, Solution, solve
 from cps_baselines.fdi.lifted import NEGLIGIBLE, Rows, end_rows, legal_rows, lift, stack, violation
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -82,11 +82,11 @@ def _approach(config: FdiConfig, task: Task, time_limit_s: float, acceptance: fl
         if fastest_mps > speed_mps + acceptance:
             continue
         goal = np.array([-config.desired_gap_m, speed_mps])
-        point = nearest(GridProgram(legal, largest, ends, goal), time_limit_s)
-        statuses.append(PROVED if point.status == OPTIMAL else point.status)
-        if point.columns is None:
+        found = nearest(legal, largest, ends, goal, time_limit_s)
+        statuses.append(PROVED if found.status == OPTIMAL else found.status)
+        if found.columns is None:
             continue
-        levels: IntArray = np.rint(point.columns).astype(np.int64)
+        levels: IntArray = np.rint(found.columns[:-1]).astype(np.int64)
         if violation(legal, levels) > FEASIBLE:
             continue
         distance = float(np.hypot(*(ends @ levels - goal)))
@@ -115,45 +115,23 @@ def _collisions(config: FdiConfig, task: Task, end: FloatArray) -> tuple[tuple[i
 SURROGATE_GAP = 0.03  # absolute, of the largest of the two distances, m and m/s
 
 
-class GridProgram(NamedTuple):
-    """Legal injections z (columns,) that bring y = ends @ z near the goal; from rest."""
+def nearest(legal: Rows, levels: FloatArray, ends: FloatArray, goal: FloatArray, time_limit_s: float) -> Solution:
+    """The legal injections z (columns,), |z| <= levels, that bring y = ends @ z nearest to the goal; from rest.
 
-    rows: Rows
-    levels: FloatArray  # (columns,) largest |z|
-    ends: FloatArray  # (2, columns): e_x,t(m) in m and e_v,t(m) in m/s
-    goal: FloatArray  # (2,): -x_d and the speed of the grid
-
-
-class GridPoint(NamedTuple):
-    """What a solver found; `status` is "optimal", "infeasible" or "time limit"."""
-
-    status: str
-    columns: FloatArray | None
-
-
-def nearest(program: GridProgram, time_limit_s: float) -> GridPoint:
-    """The injections whose end is nearest to the goal.
-
-    HiGHS has no mixed-integer quadratic programs: it minimises the larger of both distances instead.
+    y (2,) and the goal are e_x,t(m) in m and e_v,t(m) in m/s. HiGHS has no mixed-integer quadratic programs: it
+    minimises the larger of both distances instead, which is the last column.
     """
-    size = len(program.levels)
-    ends = np.where(np.abs(program.ends) < NEGLIGIBLE, 0.0, program.ends)
-    one = np.ones((2, 1))
+    size, free, one = len(levels), np.full(2, np.inf), np.ones((2, 1))
+    ends = np.where(np.abs(ends) < NEGLIGIBLE, 0.0, ends)
     both = sparse.csr_matrix(np.vstack([np.hstack([ends, -one]), np.hstack([ends, one])]))
-    goal, free = program.goal, np.full(2, np.inf)
-    legal = sparse.hstack([program.rows.matrix, sparse.csr_matrix((program.rows.matrix.shape[0], 1))])
+    own = sparse.hstack([legal.matrix, sparse.csr_matrix((legal.matrix.shape[0], 1))])
     rows = Rows(
-        sparse.vstack([legal, both], "csr"),
-        np.concatenate([program.rows.lower, -free, goal]),
-        np.concatenate([program.rows.upper, goal, free]),
-        np.zeros((legal.shape[0] + 4, program.rows.drift.shape[1])),
+        sparse.vstack([own, both], "csr"),
+        np.concatenate([legal.lower, -free, goal]),
+        np.concatenate([legal.upper, goal, free]),
+        np.zeros((own.shape[0] + 4, legal.drift.shape[1])),
     )
     surrogate = Program(
-        np.eye(size + 1)[size],
-        rows,
-        np.append(-program.levels, 0.0),
-        np.append(program.levels, np.inf),
-        np.arange(size + 1) < size,
+        np.eye(size + 1)[size], rows, np.append(-levels, 0.0), np.append(levels, np.inf), np.arange(size + 1) < size
     )
-    found = solve(surrogate, Limits(time_limit_s, relative_gap=0.0, absolute_gap=SURROGATE_GAP))
-    return GridPoint(found.status, None if found.columns is None else found.columns[:size])
+    return solve(surrogate, Limits(time_limit_s, relative_gap=0.0, absolute_gap=SURROGATE_GAP))
