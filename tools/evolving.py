@@ -25,4 +25,5 @@ def evolve(
     for number in range(generations):
         found = run.step(lambda points, number=number: evaluate(points, number))  # type: ignore[misc]
         assert found is not None
-        yield found.best
+        best = int(found.values.argmax())
+        yield float(found.values[best]), found.points[best]

@@ -19,12 +19,6 @@ class Generation(NamedTuple):
     points: FloatArray  # (P, k)
     values: FloatArray  # (P,) to be maximised
 
-    @property
-    def best(self) -> tuple[float, FloatArray]:
-        """The highest value, and the candidate (k,) that reached it."""
-        place = int(self.values.argmax())
-        return float(self.values[place]), self.points[place]
-
 
 class Evolution:
     """One run, whose draws depend on `seed` alone; NumPy's global generator stays untouched.

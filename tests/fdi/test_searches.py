@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_baselines.fdi.continuation import best_from, integer_continuation, legal_continuation
+from cps_baselines.fdi.continuation import best_from, fastest_from, integer_continuation, legal_continuation
 from cps_baselines.fdi.cross import cross, relaxation_mps
 from cps_baselines.fdi.sweep import best_start, open_tasks, paper_tasks, sweep
 from cps_envs.core.types import FloatArray, IntArray
@@ -108,14 +108,15 @@ def test_from_rest_the_plan_is_the_relaxation() -> None:
     for name in ("x4>4", "x1,2>1", "xv3>3"):
         task = parse_task(name, 4)
         plan = best_from(A, task, np.zeros(8), 0)
-        longest = best_from(A, task, np.zeros(8), 0, [A.horizon])
+        fastest, longest = (fastest_from(A, task, np.zeros(8), 0, lengths) for lengths in (None, [A.horizon]))
         assert plan is not None
+        assert fastest is not None
         assert longest is not None
-        assert plan.speed_mps == pytest.approx(relaxation_mps(A, task), abs=2e-6)
-        assert longest.speed_mps == pytest.approx(plan.speed_mps, abs=2e-6)
-        course = play(A, task.sensors, plan.levels)  # type: ignore[arg-type]
+        assert fastest[0] == pytest.approx(relaxation_mps(A, task), abs=2e-6)
+        assert longest[0] == pytest.approx(fastest[0], abs=2e-6)
+        course = play(A, task.sensors, plan)  # type: ignore[arg-type]
         assert course.errors[-1, task.target - 1] <= -5 + 2e-6
-        assert -course.errors[-1, 4 + task.target - 1] == pytest.approx(plan.speed_mps, abs=1e-6)
+        assert -course.errors[-1, 4 + task.target - 1] == pytest.approx(fastest[0], abs=1e-6)
 
 
 def test_along_an_optimal_attack_the_relaxation_stays_above_it_and_never_grows() -> None:
@@ -123,8 +124,8 @@ def test_along_an_optimal_attack_the_relaxation_stays_above_it_and_never_grows()
     assert record.injections is not None
     assert record.value_mps is not None
     errors = play(A, LEAD.sensors, record.injections).errors
-    plans = [best_from(A, LEAD, error, step) for step, error in enumerate(errors[:-1])]
-    speeds = [plan.speed_mps for plan in plans if plan is not None]
+    plans = [fastest_from(A, LEAD, error, step) for step, error in enumerate(errors[:-1])]
+    speeds = [plan[0] for plan in plans if plan is not None]
     assert len(speeds) == 20
     assert all(after <= before + 1e-5 for before, after in pairwise(speeds))
     assert min(speeds) >= record.value_mps - 1e-6
@@ -139,7 +140,7 @@ def test_a_plan_does_not_depend_on_what_was_asked_before() -> None:
     again = best_from(A, LEAD, error, 3)
     assert first is not None
     assert again is not None
-    np.testing.assert_array_equal(first.levels, again.levels)
+    np.testing.assert_array_equal(first, again)
 
 
 def test_out_of_reach() -> None:

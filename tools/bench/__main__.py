@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Annotated, Any
 
 import typer
@@ -20,6 +20,7 @@ from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near, require
+from tools.bench import opponents
 from tools.bench.before import published
 from tools.bench.suite import LEARNING, PARTS, judge, plan
 from tools.command import run
@@ -49,7 +50,7 @@ def bench(
         print_json(_document(machine, found, targets))
     else:
         console = out()
-        for table in tables(found.rows, COLUMNS):
+        for table in tables([_by_problem(row) for row in found.rows], COLUMNS):
             console.print(table)
         if targets:
             console.print(_targets(targets))
@@ -76,6 +77,14 @@ def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) 
         "targets": [asdict(target) | {"met": target.met} for target in targets],
         "interrupted": bool(found.interrupted),
     }
+
+
+def _by_problem(row: Row) -> Row:
+    """Policies have long names, `problem.role.policy`: each problem has a table of its own."""
+    if row.part != opponents.PART:
+        return row
+    problem, _, name = row.name.partition(".")
+    return replace(row, part=f"{row.part} {problem}", name=name.replace(".", " ", 1))
 
 
 def _before(form: str) -> Any:
@@ -125,15 +134,18 @@ COLUMNS: Columns = {
         ),
     ),
     **OWN,
-    "opponents": (
-        "Opponents: cost of a decision of the other role",
-        (
-            ("us, 1 env", number("us_1")),
-            ("x none", number("times_none_1", ".2f")),
-            ("us, 64", number("us_64")),
-            ("x none", number("times_none_64", ".2f")),
-        ),
-    ),
+    **{
+        f"{opponents.PART} {problem}": (
+            f"Opponents: cost of a decision of the other role, {problem}",
+            (
+                ("us, 1 env", number("us_1")),
+                ("x none", number("times_none_1", ".2f")),
+                ("us, 64", number("us_64")),
+                ("x none", number("times_none_64", ".2f")),
+            ),
+        )
+        for problem in PROBLEMS
+    },
     "learning": (
         "Our own PPO: native decisions per CPU second, and shares of the time in percent",
         (

@@ -21,6 +21,7 @@ from cps_envs.hvac.houses import house
 PART = "sizes"
 ENVS = 64
 LATE_STEPS = 48  # three times as many as HVAC sums at once, see `cps_envs.hvac.window`
+OPERATIONS = 7  # of a step of the simplest vehicle, see `cps_agents.bench.interfaces`
 MANY, FEW = 65, 1  # environments whose memory is compared
 
 
@@ -90,11 +91,16 @@ def _measure(problem: Problem, size: Size, seconds: float, yardsticks: Yardstick
     values = {
         "work_per_s": per_s,
         "substep_ns": 1e9 / per_s,
-        "reached": per_s * yardsticks.limit_s(size.operations, size.divisions),
+        "reached": per_s * limit_s(size, yardsticks),
         "step_us": 1e6 * work / per_s,
     }
     many = size.attack or size.envs != ENVS
     return values if many else values | {"episode_kb": episode_kb(problem, size.overrides)}
+
+
+def limit_s(size: Size, yardsticks: Yardsticks) -> float:
+    """The least time of a substep's additions, products and comparisons, and divisions, in float64."""
+    return size.operations / (OPERATIONS * yardsticks.updates_per_s) + size.divisions / yardsticks.divisions_per_s
 
 
 def _late_calls_per_s(step: Call) -> float:

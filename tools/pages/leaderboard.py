@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from cps_agents.scoring.board import BoardEntry, agreement, table
+from cps_agents.scoring.exploits import KNOWN, Exploit
 from cps_agents.scoring.frozen import Frozen, read_frozen
 from cps_agents.sheet import Sheet
 from cps_baselines.tracks import CHALLENGE, tracks
@@ -51,10 +52,17 @@ def _facts(frozen: Frozen, rows: Sequence[BoardEntry]) -> str:
         f"Both from {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
         *(f"The score of `{NETWORK}` took {each:.0f} CPU s." for each in spent),
         *filter(None, [agreement(rows)]),
-        *(row.exploit.sentence(row.name, problem.unit) for row in rows if row.exploit),
+        *(gained(row.exploit, row.name, problem.unit) for row in rows if row.exploit),
         f"Digest `{frozen.digest}`.",
     ]
     return "\n".join(f"* {each}" for each in facts)
+
+
+def gained(exploit: Exploit, entry: str, unit: str) -> str:
+    """What the searches gained over the best known response to the entry of this name, as a sentence."""
+    finder, known = (exploit.over, exploit.response) if exploit.by == KNOWN else (exploit.by, exploit.over)
+    gain = f"gains {exploit.gain:.3g}{unit and f' {unit}'} over {known.partition('?')[0]}"
+    return f"Against `{entry}` {finder} {gain}, in {exploit.pay.episodes} episodes."
 
 
 def _short(reference: str) -> str:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 Values: TypeAlias = Mapping[str, float]
-OPERATIONS = 7  # of a step of the simplest vehicle
 
 
 @dataclass(frozen=True)
@@ -18,10 +17,6 @@ class Yardsticks:
     cartpole_us: float  # CPU time of a step of a single CartPole
     updates_per_s: float  # of the simplest vehicle, see `cps_agents.bench.interfaces`
     divisions_per_s: float  # of float64 in a compiled loop
-
-    def limit_s(self, operations: float, divisions: float) -> float:
-        """The least time of so many additions, products and comparisons, and divisions, in float64."""
-        return operations / (OPERATIONS * self.updates_per_s) + divisions / self.divisions_per_s
 
 
 @dataclass(frozen=True)

@@ -42,24 +42,15 @@ def tables(rows: Sequence[Row], columns_of: Columns = OWN) -> list[object]:
     """A table for each part that was measured, and the reasons of rows without figures below."""
     found: list[object] = []
     for part, (title, columns) in columns_of.items():
-        for group, own in _groups([row for row in rows if row.part == part]).items():
-            cells = [(_label(row, group), *(cell(row) for _, cell in columns)) for row in own if row.values]
-            found.append(Sheet(f"{title}{group and f', {group}'}", ("", *(name for name, _ in columns)), cells))
+        if own := [row for row in rows if row.part == part]:
+            cells = [(_label(row), *(cell(row) for _, cell in columns)) for row in own if row.values]
+            found.append(Sheet(title, ("", *(name for name, _ in columns)), cells))
             found += [f"{row.name}: {row.note}" for row in own if not row.values]
     return found
 
 
-def _groups(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Rows by problem where their names are long, which those of policies are: `problem.role.policy`."""
-    groups: dict[str, list[Row]] = {}
-    for row in rows:
-        groups.setdefault(row.name.partition(".")[0] if row.part == "opponents" else "", []).append(row)
-    return groups
-
-
-def _label(row: Row, group: str) -> str:
-    name = row.name.removeprefix(f"{group}.").replace(".", " ", 1) if group else row.name
-    return f"{name} ({row.note})" if row.note else name
+def _label(row: Row) -> str:
+    return f"{row.name} ({row.note})" if row.note else row.name
 
 
 def yardsticks(found: Findings, machine: dict[str, Any]) -> str:

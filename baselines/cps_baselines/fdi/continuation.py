@@ -36,13 +36,6 @@ from cps_envs.fdi.task import Task
 SAME_MPS = 1e-6  # of two endings that are this alike the longer is taken
 
 
-class FastestCollision(NamedTuple):
-    """The fastest collision of the target with continuous injections."""
-
-    speed_mps: float  # impact speed, 0 or more; no whole levels are faster
-    levels: FloatArray  # (k, q) in units of the resolution, not whole; the last one leads to the collision
-
-
 class Ending(NamedTuple):
     """`steps` more injections; then the pair collides, or anything may happen where it is None. Pairs count from 0."""
 
@@ -76,27 +69,29 @@ def integer_continuation(
 
 def best_from(
     config: FdiConfig, task: Task, error: FloatArray, step: int, lengths: Sequence[int] | None = None
-) -> FastestCollision | None:
-    """The fastest collision of the target that continuous injections reach from e(step) = `error` (2n,).
+) -> FloatArray | None:
+    """Continuous levels (k, q) that lead from e(step) = `error` (2n,) to the fastest collision of the target.
 
-    `lengths` are the numbers of injections to consider; all up to the horizon if left out. From rest the longest alone
-    will do, since waiting is free there. None where no collision is reached: whole levels reach none either. The plan
-    depends on the arguments alone, not on what was asked before.
+    They are in units of the resolution, and the last one leads to the collision. None where no collision is reached.
+    The levels depend on the arguments, see `fastest_from`, alone, not on what was asked before.
     """
     best = fastest_from(config, task, error, step, lengths)
     if best is None:
         return None
-    speed_mps, ending = best
+    _, ending = best
     found = solve(_shifted(_loaded(config, task.sensors, ending, fastest=True).program, error))
-    if found.columns is None:
-        return None
-    return FastestCollision(speed_mps, found.columns.reshape(ending.steps, -1))
+    return None if found.columns is None else found.columns.reshape(ending.steps, -1)
 
 
 def fastest_from(
     config: FdiConfig, task: Task, error: FloatArray, step: int, lengths: Sequence[int] | None = None
 ) -> tuple[float, Ending] | None:
-    """Speed (m/s, 0 or more) and ending of the plan of `best_from`, which are quicker to tell than the plan."""
+    """Speed (m/s, 0 or more) and ending of the fastest collision of the target, of which `best_from` gives the levels.
+
+    `lengths` are the numbers of injections to consider; all up to the horizon if left out. From rest the longest alone
+    will do, since waiting is free there. No whole levels are faster; where no collision is reached, which is None,
+    whole levels reach none either.
+    """
     target, best_mps, ending = task.target - 1, -np.inf, None
     for steps in sorted(range(1, config.horizon - step + 1) if lengths is None else lengths, reverse=True):
         reached_mps = _closing(config, task, error, Ending(steps, target))

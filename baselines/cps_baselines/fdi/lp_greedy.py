@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.fdi.continuation import FastestCollision, best_from, fastest_from
+from cps_baselines.fdi.continuation import best_from, fastest_from
 from cps_baselines.fdi.injection import InjectionPolicy, View, task_of, view_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec, State
@@ -69,8 +69,8 @@ class LpGreedy(InjectionPolicy):
                 levels[b] = self._rounded(plan, task, view, b)
         return self.say(view, levels, seen.masks), state
 
-    def _plan(self, task: Task, error: FloatArray, step: int) -> FastestCollision | None:
-        """The plan, with reserve if there is one."""
+    def _plan(self, task: Task, error: FloatArray, step: int) -> FloatArray | None:
+        """The levels (k, q) of the plan, with reserve if there is one."""
         for config in self._configs.values():
             plan = best_from(config, task, error, step, self._lengths(error, step))
             if plan is not None:
@@ -82,11 +82,11 @@ class LpGreedy(InjectionPolicy):
         longest = min(self.max_steps, self.config.horizon - step)
         return range(1, longest + 1) if error.any() else (longest,)
 
-    def _rounded(self, plan: FastestCollision, task: Task, view: View, b: int) -> IntArray:
+    def _rounded(self, plan: FloatArray, task: Task, view: View, b: int) -> IntArray:
         """The rounding (S,) of a plan's first injections that leaves the best prospect, the nearest of equal ones."""
         attacked = view.attacked[b]
         wish: FloatArray = np.zeros(len(attacked))
-        wish[attacked] = plan.levels[0]
+        wish[attacked] = plan[0]
         ways = np.array(list(product(*({int(np.floor(level)), int(np.ceil(level))} for level in wish))))
         errors = np.repeat(view.error[b : b + 1], len(ways), axis=0)
         rows = np.repeat(attacked[np.newaxis], len(ways), axis=0)

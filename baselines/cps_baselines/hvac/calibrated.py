@@ -24,7 +24,6 @@ from cps_envs.core.types import FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
-from cps_envs.hvac.sensors import SensorSet, sensor_sets
 
 MARGIN = 1.2
 SETTLING_STEPS = 20  # the mean of fewer residuals scatters too much
@@ -47,11 +46,6 @@ class Calibration:
     def threshold_c2(self) -> float:
         """Eps: 1.2 times the largest mean residual of any set in any episode, C2."""
         return MARGIN * float(self.largest_c2.max())
-
-    @property
-    def largest_set(self) -> SensorSet:
-        """The sensors of the set that decided it."""
-        return sensor_sets(self.config)[int(self.largest_c2.max(axis=0).argmax())]
 
 
 def calibrate(config: HvacConfig, seeds: Sequence[int] = SEEDS, *, report: Report | None = None) -> Calibration:
