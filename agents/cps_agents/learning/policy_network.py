@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from cps_agents.zoo.network import Dense, Network
+from cps_agents.zoo.network import Network, unscaled
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array
 
@@ -93,15 +93,9 @@ class PolicyNetwork(nn.Module):
 
     def exported(self) -> Network:
         """The policy without torch; stickiness and what is legal are the wiring's."""
-        spread = self.log_deviation
-        return Network(
-            columns=np.arange(self.inputs),
-            mean=np.zeros(self.inputs, np.float32),
-            deviation=np.ones(self.inputs, np.float32),
-            layers=tuple(_dense(layer) for layer in self.policy if isinstance(layer, nn.Linear)),
-            activation="tanh",
-            log_deviation=None if spread is None else _array(spread),
-        )
+        layers = [(_array(each.weight), _array(each.bias)) for each in self.policy if isinstance(each, nn.Linear)]
+        spread = None if self.log_deviation is None else _array(self.log_deviation)
+        return unscaled(self.inputs, layers, "tanh", spread)
 
 
 def _layers(inputs: int, hidden: int, outputs: int, gain: float, generator: torch.Generator) -> nn.Sequential:
@@ -116,9 +110,5 @@ def _layers(inputs: int, hidden: int, outputs: int, gain: float, generator: torc
     return nn.Sequential(*layers[:-1])
 
 
-def _dense(layer: nn.Linear) -> Dense:
-    return np.ascontiguousarray(_array(layer.weight).T), _array(layer.bias)
-
-
 def _array(tensor: Tensor) -> Array:
-    return tensor.detach().numpy().astype(np.float32).copy()
+    return tensor.detach().numpy()

@@ -9,8 +9,7 @@ from torch import nn
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.policy_network import PolicyNetwork
-from cps_agents.learning.recipe import SHARED, Recipe
-from cps_agents.zoo.card import Card
+from cps_agents.learning.recipe import SHARED, Recipe, differing, knobs_of
 from cps_agents.zoo.files import find, load
 from cps_agents.zoo.network import Network
 from cps_agents.zoo.references import PREFIX, card_of
@@ -69,15 +68,6 @@ def read_start(recipe: Recipe) -> Start | None:
 def fits(reference: str, recipe: Recipe) -> bool:
     """Whether a policy is a network that sees and acts as the recipe's does, so that learning can begin with it."""
     card = card_of(reference)
-    return card is not None and bool(card.wiring) and "?" not in reference and _alike(card, recipe)
-
-
-def _alike(card: Card, recipe: Recipe) -> bool:
-    theirs = card.recipe
-    return card.algorithm == SHARED and all(
-        name in theirs and _plain(theirs[name]) == _plain(getattr(recipe, name)) for name in SAME
-    )
-
-
-def _plain(value: object) -> object:
-    return list(value) if isinstance(value, tuple) else value
+    if card is None or card.algorithm != SHARED or not card.wiring or "?" in reference:
+        return False
+    return set(SAME).isdisjoint(differing(card.recipe, knobs_of(recipe)))

@@ -10,11 +10,12 @@ from gymnasium import spaces
 from cps_agents.zoo.card import Card
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec
-from cps_envs.registration import find_problem
+from cps_envs.core.untrained import choices_of
+from cps_envs.registration import PROBLEMS, find_problem
 
 
-def check_role(card: Card, spec: RoleSpec, version: int | None) -> None:
-    """Check that a card is of this role; `version` is that of the problem, None where it does not matter.
+def check_role(card: Card, spec: RoleSpec) -> None:
+    """Check that a card is of this role.
 
     Raises:
         ConfigurationError: it is of another problem, role or version.
@@ -24,22 +25,14 @@ def check_role(card: Card, spec: RoleSpec, version: int | None) -> None:
         raise ConfigurationError(
             f"{card.name} was trained as {card.role} of {card.problem}, not as {spec.role} of {spec.problem}"
         )
-    if version is not None and version != card.version:
+    known = PROBLEMS.get(spec.problem)
+    if known is not None and known.version != card.version:
         raise ConfigurationError(
-            f"{card.name} was trained for version {card.version} of {card.problem}; this is {version}: train it again"
+            f"{card.name} was trained for version {card.version} of {card.problem}; this is {known.version}: train it "
+            "again"
         )
 
 
 def count_actions(space: spaces.Space[Any]) -> tuple[int, ...]:
-    """Choices of each discrete entry, or (k,) for k continuous ones.
-
-    Raises:
-        TypeError: a space that policies of this package cannot play.
-    """
-    if isinstance(space, spaces.Discrete):
-        return (int(space.n),)
-    if isinstance(space, spaces.MultiDiscrete):
-        return tuple(int(count) for count in np.ravel(space.nvec))
-    if isinstance(space, spaces.Box):
-        return (int(np.prod(space.shape)),)
-    raise TypeError(f"no policy of this package plays {space}")
+    """Choices of each discrete entry, or (k,) for k continuous ones."""
+    return choices_of(space) or (int(np.prod(space.shape or ())),)

@@ -30,16 +30,13 @@ def trained(
         ValueError: a damaged file, a seed that is not in it, or no untrained network in it.
         ConfigurationError: the policy does not fit the role.
     """
-    from cps_envs import PROBLEMS
-
     card, network = load(find(name), seed, untrained=untrained)
-    version = PROBLEMS[spec.problem].version if spec.problem in PROBLEMS else None
     if isinstance(network, NamedNumbers) and card.head == MIXTURE:
-        return mixed(spec, card, network, version)
+        return mixed(spec, card, network)
     if isinstance(network, NamedNumbers):
-        return member(spec, card, network, version)
+        return member(spec, card, network)
     sampled = None if deterministic is None else not deterministic
-    return wired_policy(spec, card, network, sampled=sampled, version=version)
+    return wired_policy(spec, card, network, sampled=sampled)
 
 
 def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = False) -> Policy:

@@ -22,13 +22,13 @@ from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import Role, other
 
 
-def mixed(spec: RoleSpec, card: Card, probabilities: NamedNumbers, version: int | None) -> Policy:
-    """The policy of a card that is a mixed strategy; `version` is that of the problem.
+def mixed(spec: RoleSpec, card: Card, probabilities: NamedNumbers) -> Policy:
+    """The policy of a card that is a mixed strategy.
 
     Raises:
         ConfigurationError: it is of another role or version, mixes mixtures, or names too many policies.
     """
-    check_role(card, spec, version)
+    check_role(card, spec)
     with within_budget(card.name):
         return Mixture(spec, list(card.numbers), probabilities.values.tolist())
 

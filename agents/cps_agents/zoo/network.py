@@ -6,7 +6,7 @@ not depend on how many others are in the batch, not even by rounding.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -18,6 +18,7 @@ from cps_envs.core.types import Array, IntArray
 
 Tensor: TypeAlias = NDArray[np.float32]
 Dense: TypeAlias = tuple[Tensor, Tensor]  # weight (inputs, outputs), bias (outputs,)
+Layer: TypeAlias = tuple[Array, Array]  # weight (outputs, inputs) and bias (outputs,), as PyTorch has them
 ACTIVATIONS = ("tanh", "relu")
 CLIP = 5.0  # bound of a scaled input
 PART = 512  # environments whose values stay in the second-level cache from layer to layer
@@ -65,6 +66,22 @@ class Network:
         if self.log_deviation is not None:
             named["log_deviation"] = self.log_deviation
         return {name: np.ascontiguousarray(array) for name, array in named.items()}
+
+
+def unscaled(inputs: int, layers: Sequence[Layer], activation: str, log_deviation: Array | None) -> Network:
+    """The network of layers from a library of deep learning, which takes its inputs as they are."""
+    return Network(
+        columns=np.arange(inputs),
+        mean=np.zeros(inputs, np.float32),
+        deviation=np.ones(inputs, np.float32),
+        layers=tuple((np.ascontiguousarray(_copy(weight).T), _copy(bias)) for weight, bias in layers),
+        activation=activation,
+        log_deviation=None if log_deviation is None else _copy(log_deviation),
+    )
+
+
+def _copy(values: Array) -> Tensor:
+    return np.asarray(values).astype(np.float32)
 
 
 def network_of(tensors: Mapping[str, Array], activation: str) -> Network:

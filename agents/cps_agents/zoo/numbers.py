@@ -69,15 +69,15 @@ def card_of_numbers(venue: Venue, role: Role, **known: Any) -> Card:
     )
 
 
-def member(spec: RoleSpec, card: Card, numbers: NamedNumbers, version: int | None) -> Policy:
-    """The policy of a card's family with these numbers; `version` is that of the problem.
+def member(spec: RoleSpec, card: Card, numbers: NamedNumbers) -> Policy:
+    """The policy of a card's family with these numbers.
 
     Raises:
         ConfigurationError: it is of another role or version, or the family has other numbers by now.
         UnknownNameError: there is no such family.
         UntrustedCodeError: the card names code that the user has not agreed to run.
     """
-    check_role(card, spec, version)
+    check_role(card, spec)
     family = find_family(card.family)
     if (family.problem, family.role, family.names) != (card.problem, card.role, card.numbers):
         raise ConfigurationError(f"{card.name} has other numbers than the family {card.family} has now: train it again")

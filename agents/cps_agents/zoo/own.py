@@ -7,19 +7,15 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
 from cps_agents.zoo.fitting import count_actions
-from cps_agents.zoo.network import ACTIVATIONS, Network
+from cps_agents.zoo.network import ACTIVATIONS, Layer, unscaled
 from cps_agents.zoo.wired import Head, card_entry, with_scaling
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array
-
-Layer = tuple[Array, Array]  # weight (outputs, inputs) and bias (outputs,), as PyTorch has them
 
 
 def save_network(
@@ -43,10 +39,10 @@ def save_network(
         ConfigurationError: the layers do not fit the environments or one another, or there is no such activation.
         OSError: the files cannot be written.
     """
-    dense = tuple((np.ascontiguousarray(_array(weight).T), _array(bias)) for weight, bias in layers)
     inputs = envs.wired.columns.size
-    sizes = [inputs, *(len(bias) for _, bias in dense)]
-    shapes = [weight.shape for weight, _ in dense]
+    network = unscaled(inputs, layers, activation, log_deviation)
+    sizes = [inputs, *(len(bias) for _, bias in network.layers)]
+    shapes = [weight.shape for weight, _ in network.layers]
     if shapes != list(pairwise(sizes)) or sizes[-1] != envs.wired.columns.last_action:
         raise ConfigurationError(
             f"the layers have the shapes {[shape[::-1] for shape in shapes]} (outputs, inputs), but the rows have "
@@ -54,14 +50,6 @@ def save_network(
         )
     if activation not in ACTIVATIONS:
         raise ConfigurationError(f"activation = {activation!r} must be one of {', '.join(ACTIVATIONS)}")
-    network = Network(
-        columns=np.arange(inputs),
-        mean=np.zeros(inputs, np.float32),
-        deviation=np.ones(inputs, np.float32),
-        layers=dense,
-        activation=activation,
-        log_deviation=None if log_deviation is None else _array(log_deviation),
-    )
     path = Path(folder) / "policy.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     card = card_of_network(
@@ -99,7 +87,3 @@ def card_of_network(envs: LearningVectorEnv, head: Head, activation: str = "tanh
         wiring=card_entry(wired.wiring, head),
         **known,
     )
-
-
-def _array(values: Array) -> Any:
-    return np.asarray(values).astype(np.float32)

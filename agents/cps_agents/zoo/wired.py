@@ -113,20 +113,17 @@ def with_scaling(network: Network, wiring: Wiring) -> Network:
     return replace(network, mean=mean, deviation=deviation)
 
 
-def wired_policy(
-    spec: RoleSpec, card: Card, network: Network, *, sampled: bool | None = None, version: int | None = None
-) -> WiredPolicy:
+def wired_policy(spec: RoleSpec, card: Card, network: Network, *, sampled: bool | None = None) -> WiredPolicy:
     """The policy of a card that has a wiring; `sampled` None: as the card says.
 
     Raises:
         ConfigurationError: it is of another problem, role, version or configuration.
         UnknownNameError: there is no such adapter.
     """
-    check_role(card, spec, version)
+    check_role(card, spec)
     entry = dict(card.wiring)
-    draws = bool(entry.pop("sampled")) if sampled is None else sampled
-    entry.pop("sampled", None)
-    head = Head(entry.pop("stickiness"), network.log_deviation, draws)
+    stickiness, usual = entry.pop("stickiness"), entry.pop("sampled")
+    head = Head(stickiness, network.log_deviation, usual if sampled is None else sampled)
     tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
     plain = Wiring(spec.problem, spec.role, **{**entry, **tuples})
     columns = Wired(plain, spec.adapter(plain.adapter)).columns
