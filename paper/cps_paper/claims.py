@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from cps_paper.evidence import NotRunError
 from cps_paper.exhibit import ExhibitTable, places
 from cps_paper.printed.tables import read_table
-from cps_paper.verdicts import GIVEN, NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_paper.verdicts import GIVEN, NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, Tolerance, of_cases, of_number
 
 SHOWN_UNITS = {
     "bool": "",
@@ -62,6 +62,16 @@ class Finding:
     value: Value  # the number or answer beside the paper's; None where there is none
     shown: str  # the same with its unit and what else is worth knowing, for readers
     verdict: str  # one of verdicts.VERDICTS
+
+    @classmethod
+    def of_cases(cls, hold: Sequence[bool], shown: str) -> Finding:
+        """About a statement that has to hold in every case."""
+        return cls(all(hold), shown, of_cases(hold))
+
+    @classmethod
+    def of_number(cls, ours: float | None, claim: Claim, shown: str, *tolerances: Tolerance) -> Finding:
+        """About a number, by the common rule."""
+        return cls(ours, shown, of_number(ours, claim.number, *tolerances))
 
 
 Judge = Callable[[Source, Claim], Finding]

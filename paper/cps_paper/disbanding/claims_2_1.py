@@ -54,7 +54,7 @@ def no_accident(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     record = _twenty(evidence)
     collided = int(record.collided[record.vehicles(LEAD)].sum())
     smallest = float(record.inner_gaps(LEAD).min())
-    return Finding(collided == 0, f"{collided} collided, smallest gap {smallest:.2f} m", of_cases([collided == 0]))
+    return Finding.of_cases([collided == 0], f"{collided} collided, smallest gap {smallest:.2f} m")
 
 
 @CLAIMS.judges("P04")
@@ -66,7 +66,7 @@ def slow_then_fast(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     lowest = speed.min(axis=0)
     hold = ((speed[0] - lowest > change) & (speed[-1] - lowest > change)).tolist()
     shown = f"{sum(hold)} of {len(hold)} followers, lowest speed {lowest.min():.1f} m/s, the front one stays at 31 m/s"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("P05", "P06")
@@ -98,7 +98,7 @@ def all_stopped(evidence: DisbandingEvidence, claim: Claim) -> Finding:
         for platoon in (FIFTEENTH, TENTH)
     ]
     shown = f"all below {NEARLY_STOPPED_MPS:g} m/s for {durations[0]:.0f} s (10th platoon: {durations[1]:.0f} s)"
-    return Finding(durations[0], shown, of_number(durations[0], claim.number))
+    return Finding.of_number(durations[0], claim, shown)
 
 
 @CLAIMS.judges("P09")
@@ -122,7 +122,7 @@ def slowed_down(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     )
     settled = _seconds(record.settled_s(FIFTEENTH))
     shown = f"{back:.0f} s at {desired:g} m/s; begins to brake at {braking:.0f} s, gaps settled at {settled}"
-    return Finding(back, shown, of_number(back, claim.number))
+    return Finding.of_number(back, claim, shown)
 
 
 @CLAIMS.judges("P11")
@@ -142,7 +142,7 @@ def longer_upstream(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     times = [record.settled_s(platoon) or np.inf for platoon in (FIFTEENTH, TENTH, REAR)]
     hold = [_decrease_increase_settle(record, platoon) for platoon in (TENTH, REAR)]
     hold += [above(later, earlier) for earlier, later in pairwise(times)]
-    return Finding(all(hold), f"15th / 10th / last settle at {joined(times)} s", of_cases(hold))
+    return Finding.of_cases(hold, f"15th / 10th / last settle at {joined(times)} s")
 
 
 def _decrease_increase_settle(record: ScenarioCourse, platoon: int) -> bool:
@@ -173,7 +173,7 @@ def longer_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     records = [evidence[evidence.string(count)] for count in STRINGS]
     stops = [record.duration_s(record.speed_mps[:, -1] < STOP_MPS) for record in records]
     hold = [above(later, earlier) for earlier, later in pairwise(stops)]
-    return Finding(all(hold), f"rear vehicle stands {joined(stops)} s for N = {joined(list(STRINGS))}", of_cases(hold))
+    return Finding.of_cases(hold, f"rear vehicle stands {joined(stops)} s for N = {joined(list(STRINGS))}")
 
 
 @CLAIMS.judges("P17", "P18", "P19")
@@ -181,11 +181,7 @@ def stop_and_go(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at least once, twice, three times; the verdict is that at tau 0.1 s."""
     times = ("P17", "P18", "P19").index(claim.id) + 1
     shares = [evidence[evidence.every_other(tau_s)].stopped_share(times) for tau_s in TAUS_S[:2]]
-    return Finding(
-        shares[0],
-        f"{shares[0]:.0f} % of the vehicles (tau 0.3 s: {shares[1]:.0f} %)",
-        of_number(shares[0], claim.number),
-    )
+    return Finding.of_number(shares[0], claim, f"{shares[0]:.0f} % of the vehicles (tau 0.3 s: {shares[1]:.0f} %)")
 
 
 @CLAIMS.judges("P20")
@@ -195,7 +191,7 @@ def collisions_everywhere(evidence: DisbandingEvidence, claim: Claim) -> Finding
     shares = [outcome.collided_share() for outcome in outcomes]
     rear = 100.0 * float(outcomes[1].rear_collided[outcomes[1].intact].mean())
     shown = f"{shares[0]:.0f} % (tau 0.3 s: {shares[1]:.0f} %, as rear vehicles {rear:.0f} %)"
-    return Finding(shares[0], shown, of_number(shares[0], claim.number))
+    return Finding.of_number(shares[0], claim, shown)
 
 
 def _seconds(time_s: float | None) -> str:

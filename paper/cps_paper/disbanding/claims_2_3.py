@@ -31,7 +31,7 @@ def mean_error(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     outcome = evidence[evidence.rear_speeds(attack)]
     value = outcome.velocity_error_intact
     shown = f"{value:.2f} % over intact vehicles ({outcome.velocity_error_all:.2f} % over all)"
-    return Finding(value, shown, of_number(value, claim.number, POINTS))
+    return Finding.of_number(value, claim, shown, POINTS)
 
 
 @CLAIMS.judges("P23")
@@ -42,7 +42,7 @@ def lead_is_best(evidence: DisbandingEvidence, claim: Claim) -> Finding:
         for count in PLATOONS:
             errors = [_error(evidence, count, tau_s, platoon) for platoon in range(1, count + 1)]
             hold.append(max(errors) == errors[-1])
-    return Finding(all(hold), f"in {sum(hold)} of {len(hold)} cases of N and tau", of_cases(hold))
+    return Finding.of_cases(hold, f"in {sum(hold)} of {len(hold)} cases of N and tau")
 
 
 @CLAIMS.judges("P24")
@@ -65,9 +65,7 @@ def grows(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     curves = {tau_s: [_error(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
     hold = [grows_throughout(curve) for curve in curves.values()]
     ends = ", ".join(f"{curves[tau_s][0]:.1f} to {curves[tau_s][-1]:.1f}" for tau_s in TAUS_S)
-    return Finding(
-        all(hold), f"for every tau; N = 2 to 10: {ends} % at tau {joined(list(TAUS_S), 'g')} s", of_cases(hold)
-    )
+    return Finding.of_cases(hold, f"for every tau; N = 2 to 10: {ends} % at tau {joined(list(TAUS_S), 'g')} s")
 
 
 @CLAIMS.judges("P26")
@@ -90,7 +88,7 @@ def more_collisions(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     curves = {tau_s: curve for tau_s, curve in curves.items() if any(curve)}
     hold = [grows_throughout(curve) for curve in curves.values()]
     ends = ", ".join(f"{curve[0]} to {curve[-1]} (tau {tau_s:g} s)" for tau_s, curve in curves.items())
-    return Finding(bool(hold) and all(hold), f"vehicles for N = 2 to 10: {ends}; {applies}", of_cases(hold or [False]))
+    return Finding.of_cases(hold or [False], f"vehicles for N = 2 to 10: {ends}; {applies}")
 
 
 @CLAIMS.judges("P28")
@@ -149,7 +147,7 @@ def baseline_crashes(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     cells = table_cells(evidence, table, ("baseline",))
     expected = [table == "2.3" or (cell.paper.desired_gap_m, cell.paper.tau_s) != CELLS[0] for cell in cells]
     hold = [cell.outcome.crash == crash for cell, crash in zip(cells, expected, strict=True)]
-    return Finding(all(hold), _cases(cells, hold), of_cases(hold))
+    return Finding.of_cases(hold, _cases(cells, hold))
 
 
 @CLAIMS.judges("P30")
@@ -158,7 +156,7 @@ def heuristic_helps(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     without, cells = (table_cells(evidence, "2.2", (name,)) for name in ("baseline", "heuristic"))
     gains = [before.ours - after.ours for before, after in zip(without, cells, strict=True)]
     hold = [above(before.ours, after.ours) for before, after in zip(without, cells, strict=True)]
-    return Finding(all(hold), f"lower by {min(gains):.1f} to {max(gains):.1f} points", of_cases(hold))
+    return Finding.of_cases(hold, f"lower by {min(gains):.1f} to {max(gains):.1f} points")
 
 
 @CLAIMS.judges("P31")
@@ -167,7 +165,7 @@ def heuristic_avoids_crashes(evidence: DisbandingEvidence, claim: Claim) -> Find
     cells = table_cells(evidence, "2.2", ("heuristic",))
     hold = [cell.outcome.crash == (cell.paper.tau_s == claim.number) for cell in cells]
     crashes = sum(cell.outcome.crash for cell in cells)
-    return Finding(all(hold), f"{crashes} of {len(cells)} cells crash; {_cases(cells, hold)}", of_cases(hold))
+    return Finding.of_cases(hold, f"{crashes} of {len(cells)} cells crash; {_cases(cells, hold)}")
 
 
 @CLAIMS.judges("P32", "P33")
@@ -189,7 +187,7 @@ def baseline_stops(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     record = evidence[evidence.rear_speeds(((10, ATTACK_S),))]
     lowest = record.speed_mps[:, record.intact].min(axis=0)
     slower = ", ".join(f"{100.0 * float((lowest < limit).mean()):.1f} % < {limit:g} m/s" for limit in (1.0, 2.0))
-    return Finding(share, f"{share:.1f} % < 0.01 m/s, {slower}", of_number(share, claim.number))
+    return Finding.of_number(share, claim, f"{share:.1f} % < 0.01 m/s, {slower}")
 
 
 @CLAIMS.judges("P35")
@@ -198,7 +196,7 @@ def heuristic_stops(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     outcomes = [_outcome(evidence, "heuristic", *cell) for cell in CELLS]
     counts = [int((outcome.stops[outcome.intact] > 0).sum()) for outcome in outcomes]
     hold = [count == 0 for count in counts]
-    return Finding(all(hold), f"{joined(counts)} of {outcomes[0].intact.sum()} stop", of_cases(hold))
+    return Finding.of_cases(hold, f"{joined(counts)} of {outcomes[0].intact.sum()} stop")
 
 
 @CLAIMS.judges("P36")
@@ -211,7 +209,7 @@ def mitigations_equal(evidence: DisbandingEvidence, claim: Claim) -> Finding:
         paper.append(abs(heuristic.paper.velocity_error_percent - mpc.paper.velocity_error_percent))
     hold = [abs(difference) <= max(paper) for difference in ours]
     shown = f"MPC lower by {min(ours):.1f} to {max(ours):.1f} points (paper: at most {max(paper):.1f} apart)"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 def _outcome(evidence: DisbandingEvidence, controller: str, desired_gap_m: float, tau_s: float) -> ScenarioOutcome:

@@ -155,7 +155,7 @@ def raw_under_noise(evidence: HvacEvidence, claim: Claim) -> Finding:
     hold = [cell.ours <= CLOSE * WELL_C for cell in rows[0].cells]
     hold += rising(means)
     shown = f"zone mean {joined(means, '.2f')} °C at {joined(PERCENTS['4.1'])} %"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("C25")
@@ -180,7 +180,7 @@ def more_sensors_help(evidence: HvacEvidence, claim: Claim) -> Finding:
     ends = "; ".join(f"{used}: {joined(_means(rows, used), '.2f')}" for used in (1, len(TABLE_SENSORS)))
     count = sum(map(sum, smaller))
     shown = f"smaller in {count} of {sum(map(len, smaller))} comparisons; zone mean with {ends} °C"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("C27")

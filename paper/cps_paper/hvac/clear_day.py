@@ -123,7 +123,7 @@ def outer_zones_exceed(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The largest error of zones 3 and 4 in the morning."""
     largest = [day.morning_error_c for day in zone_days(evidence) if day.zone in OUTER_ZONES]
     hold = [error > 1.0 for error in largest]
-    return Finding(all(hold), f"largest {joined(largest, '.2f')} °C from {MORNING}", of_cases(hold))
+    return Finding.of_cases(hold, f"largest {joined(largest, '.2f')} °C from {MORNING}")
 
 
 @CLAIMS.judges("C03")
@@ -136,7 +136,7 @@ def outer_zones_unheated(evidence: HvacEvidence, claim: Claim) -> Finding:
         f"mean {joined([day.morning_heating_w for day in days], '.1f')} W from {MORNING}, none after {last} h; "
         f"{sum(hold)} of {len(hold)} hours without"
     )
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("C04")
@@ -145,7 +145,7 @@ def heats_only_below(evidence: HvacEvidence, claim: Claim) -> Finding:
     shares = [day.below_share for day in zone_days(evidence)]
     hold = [share >= ALWAYS for share in shares]
     shown = f"{joined([100.0 * share for share in shares])} % of the heated steps; it heats ahead of the cold"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("C05")
@@ -169,7 +169,7 @@ def shorter_with_energy(evidence: HvacEvidence, claim: Claim) -> Finding:
     shares = [day.on_share for day in reversed(energy_days(evidence))]
     hold = falling(shares)
     energies = joined([energy_w / 1000.0 for energy_w in reversed(ENERGIES_W)], "g")
-    return Finding(all(hold), f"on in {joined(shares, '.2f')} of the steps at {energies} kW", of_cases(hold))
+    return Finding.of_cases(hold, f"on in {joined(shares, '.2f')} of the steps at {energies} kW")
 
 
 @CLAIMS.judges("C10")

@@ -73,7 +73,7 @@ def mtd1_stands_one(evidence: HvacEvidence, claim: Claim) -> Finding:
     attacked = [evidence[compared(4, attacker, "mtd1", 1)] for attacker in ATTACKS]
     values = shown_impacts(each.a_impact.mean() for each in attacked)
     hold = [equals(each, free) for each in attacked]
-    return Finding(all(hold), f"{values}, attack-free {free.a_impact.mean():.1f} °C²", of_cases(hold))
+    return Finding.of_cases(hold, f"{values}, attack-free {free.a_impact.mean():.1f} °C²")
 
 
 @CLAIMS.judges("C33")
@@ -117,7 +117,7 @@ def fewer_sets(evidence: HvacEvidence, claim: Claim) -> Finding:
     used = [float(each.distinct_sets.mean()) for each in bars]
     intact = [float(each.intact_sets.mean()) for each in bars]
     hold = falling(used)
-    return Finding(all(hold), f"{joined(used, '.3g')} sets (intact {joined(intact, '.2g')})", of_cases(hold))
+    return Finding.of_cases(hold, f"{joined(used, '.3g')} sets (intact {joined(intact, '.2g')})")
 
 
 @CLAIMS.judges(*MTD1_FAILS)
@@ -170,7 +170,7 @@ def grows_with_sensors(evidence: HvacEvidence, claim: Claim) -> Finding:
         impacts = [float(evidence[undefended(attacker, count)].a_impact.mean()) for count in range(5)]
         hold += rising(impacts)
         shown.append(f"{attacker} {joined(impacts)}")
-    return Finding(all(hold), f"{'; '.join(shown)} °C²", of_cases(hold))
+    return Finding.of_cases(hold, f"{'; '.join(shown)} °C²")
 
 
 @CLAIMS.judges("C12")
@@ -188,7 +188,7 @@ def fourth_zone_rises(evidence: HvacEvidence, claim: Claim) -> Finding:
     rise_c = mean_rise_c(evidence)
     rises = bool(rise_c[3] > NOTABLE_RISE_C)
     shown = f"zones 1 to 4 rise by {joined(rise_c.tolist(), '.1f')} °C on average"
-    return Finding(rises, shown, of_cases([rises]))
+    return Finding.of_cases([rises], shown)
 
 
 @CLAIMS.judges("C14")
@@ -199,7 +199,7 @@ def input_rises(evidence: HvacEvidence, claim: Claim) -> Finding:
     parts = [float(part.mean()) for part in np.array_split(level, PARTS_OF_ATTACK)]
     hold = rising(parts)
     shown = f"mean {joined(parts)} % of E in thirds of the attack, up to {level.max(axis=0).mean():.0f} %"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 def mean_rise_c(evidence: HvacEvidence) -> FloatArray:

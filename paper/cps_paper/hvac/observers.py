@@ -26,7 +26,7 @@ from cps_paper.hvac.experiments import (
 )
 from cps_paper.hvac.rules import CLAIMS, PARTICULAR, of_printed
 from cps_paper.hvac.scenario import DayCourse
-from cps_paper.verdicts import by_construction, of_cases, of_number
+from cps_paper.verdicts import by_construction, of_cases
 
 LONG, SHORT, TWO, THREE = OBSERVERS
 LARGEST = {"C15": (LONG, 1), "C16": (LONG, 3), "C17": (LONG, 4), "C19": (SHORT, 1), "C20": (SHORT, 3)}  # case, zone
@@ -54,7 +54,7 @@ def largest_error(evidence: HvacEvidence, claim: Claim) -> Finding:
     days = largest_errors_c(evidence, case)[:, zone - 1]
     ours = float(np.median(days))
     shown = f"{ours:.3f} °C (median of {len(days)} days, {days.min():.2f} to {days.max():.2f})"
-    return Finding(ours, shown, of_number(ours, claim.number))
+    return Finding.of_number(ours, claim, shown)
 
 
 @CLAIMS.judges("C43")
@@ -63,7 +63,7 @@ def outer_zones_fail_most(evidence: HvacEvidence, claim: Claim) -> Finding:
     largest = np.median(largest_errors_c(evidence, SHORT), axis=0).tolist()
     hold = [largest[zone - 1] > PARTICULAR * largest[other - 1] for zone in (1, 3) for other in (2, 4)]
     shown = f"largest {joined(largest, '.2f')} °C in zones 1 to 4 with N_e = {SHORT[1]}"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges(*START)
@@ -81,7 +81,7 @@ def zones_alike(evidence: HvacEvidence, claim: Claim) -> Finding:
     largest = np.median(largest_errors_c(evidence, case), axis=0)
     hold = [bool(error <= limit_c) for error in largest]
     shown = f"largest {joined(largest.tolist(), '.2f')} °C in zones 1 to 4; a reading is off by {limit_c:.2f} °C"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 def observers_table(evidence: HvacEvidence) -> ExhibitTable:
@@ -200,7 +200,7 @@ def flawed_above_intact(evidence: HvacEvidence, claim: Claim) -> Finding:
     shown += "".join(
         f"; set {each.index} {each.residual_c2:.3f}, later {each.late_residual_c2:.3f} °C²" for each in below
     )
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("C30")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cps_paper.claims import Claims, Finding
+from cps_paper.claims import Claims
 from cps_paper.rogue.experiments import RogueEvidence
-from cps_paper.verdicts import COMPARISON_RULE, NOT, RECOVERY_RULE, REPRODUCED
+from cps_paper.verdicts import COMPARISON_RULE, RECOVERY_RULE
 
 CLAIMS: Claims[RogueEvidence] = Claims("claims_ch5")
 FAR_LESS = 0.5  # chosen: "far less" and "greatly" mean below this share
@@ -15,8 +15,3 @@ RULES = (
     f"speed: 5 m/s or more. {COMPARISON_RULE}`pass` is the accounting (5.8) with vehicles "
     "that pass through one another, damage in m; `solid` that of bodies, damage in m/s. "
 ) + RECOVERY_RULE
-
-
-def of_one(holds: bool, shown: str) -> Finding:
-    """A statement about one case."""
-    return Finding(holds, shown, REPRODUCED if holds else NOT)

@@ -20,7 +20,6 @@ from cps_paper.verdicts import (
     above,
     deviation,
     grows_throughout,
-    of_cases,
     of_recovery,
     recovery_s,
 )
@@ -47,7 +46,7 @@ def damage_grows(evidence: RogueEvidence, claim: Claim) -> Finding:
     hold = [ride.grows_throughout(QUARTERS, LEAST_GROWTH) for ride in rides]
     early = [float(ride.damage[ride.at(ride.config.duration_s / QUARTERS)]) for ride in rides]
     shown = f"D after 25 s {joined(early, '.1f')}, at the end {_finals(rides)} {AT}"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("R03")
@@ -55,7 +54,7 @@ def detection_helps(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Damage with and without detection."""
     without, with_it = courses(evidence, "sliding"), courses(evidence, "sliding_detection")
     hold = [b.final_damage < FAR_LESS * a.final_damage for a, b in zip(without, with_it, strict=True)]
-    return Finding(all(hold), f"{_finals(without)} becomes {_finals(with_it)} {AT}", of_cases(hold))
+    return Finding.of_cases(hold, f"{_finals(without)} becomes {_finals(with_it)} {AT}")
 
 
 @CLAIMS.judges("R04")
@@ -64,7 +63,7 @@ def leader_leaves_its_reference(evidence: RogueEvidence, claim: Claim) -> Findin
     rides = courses(evidence, "sliding_detection")
     behind = [float(ride.behind_m[-1, -1]) for ride in rides]
     hold = [each > GIVEN_UP_SEPARATIONS * ride.config.separation_m for each, ride in zip(behind, rides, strict=True)]
-    return Finding(all(hold), f"leader {joined(behind)} m behind at the end {AT}", of_cases(hold))
+    return Finding.of_cases(hold, f"leader {joined(behind)} m behind at the end {AT}")
 
 
 @CLAIMS.judges("R05")
@@ -76,7 +75,7 @@ def all_follow_the_attacker(evidence: RogueEvidence, claim: Claim) -> Finding:
         last = ride.speed_mps[-len(ride.time_s) // 10 :]
         apart.append(float(np.abs(last[:, ride.intact] - last[:, [ride.attacker]]).mean(axis=0).max()))
     hold = [each < SAME_SPEED_MPS for each in apart]
-    return Finding(all(hold), f"speeds within {joined(apart, '.2f')} m/s of the attacker's {AT}", of_cases(hold))
+    return Finding.of_cases(hold, f"speeds within {joined(apart, '.2f')} m/s of the attacker's {AT}")
 
 
 @CLAIMS.judges("R06")
@@ -84,7 +83,7 @@ def disbanding_helps_further(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Damage with detection, and with disbanding at +2 m."""
     before, after = courses(evidence, "sliding_detection"), courses(evidence, "disband_2")
     hold = [above(a.final_damage, b.final_damage) for a, b in zip(before, after, strict=True)]
-    return Finding(all(hold), f"{_finals(before)} becomes {_finals(after)} {AT}", of_cases(hold))
+    return Finding.of_cases(hold, f"{_finals(before)} becomes {_finals(after)} {AT}")
 
 
 @CLAIMS.judges("R07")
@@ -125,7 +124,7 @@ def sudden_braking(evidence: RogueEvidence, claim: Claim) -> Finding:
             f"{ride.disbanded_s:.1f} s, then braking at {-braking:.1f} m/s2"
         )
     looked = f"{FREQUENCIES_HZ[0]:g} Hz, the only frequency looked at, {applying(len(hold), len(cells), 'cells')}"
-    return Finding(bool(hold) and all(hold), f"{looked}: {'; '.join(shown)}", of_cases(hold or [False]))
+    return Finding.of_cases(hold or [False], f"{looked}: {'; '.join(shown)}")
 
 
 def _finals(rides: list[RogueCourse]) -> str:
@@ -160,7 +159,7 @@ def sways_and_crashes(evidence: RogueEvidence, claim: Claim) -> Finding:
         f"ratio {ratio:g}: largest gap errors {joined(largest)} m in thirds, crash at {speed:.1f} m/s"
         for (_, ratio), largest, speed in zip(SWAYS[1:], errors, fastest, strict=True)
     )
-    return Finding(all(hold), f"{shown}; the paper prints no gains, these are ours", of_cases(hold))
+    return Finding.of_cases(hold, f"{shown}; the paper prints no gains, these are ours")
 
 
 @CLAIMS.judges("R17")
@@ -179,7 +178,7 @@ def no_more_influence(evidence: RogueEvidence, claim: Claim) -> Finding:
         f"square wave, +7 m: 4 and 5 get away at {sum(ahead)} of {len(rides)} frequencies, 1 and 2 at {sum(behind)}; "
         f"searched attacker, equal power: D after the disbanding {', '.join(late)} (+2, +4, +7 m)"
     )
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("R21")
@@ -188,7 +187,7 @@ def oscillation_is_better(evidence: RogueEvidence, claim: Claim) -> Finding:
     found = {defender: evidence.steady(defender) for defender in ("pd", "sliding", "sliding_detection")}
     hold = [best > BETTER * throttle for best, throttle in found.values()]
     shown = ", ".join(f"{best:.1f} against {throttle:.1f} ({name})" for name, (best, throttle) in found.items())
-    return Finding(all(hold), f"best square wave against full throttle, equal power, 60 s: {shown}", of_cases(hold))
+    return Finding.of_cases(hold, f"best square wave against full throttle, equal power, 60 s: {shown}")
 
 
 def _free(ride: RogueCourse, vehicles: slice) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.rogue.claims import CLAIMS, FAR_LESS, of_one
+from cps_paper.rogue.claims import CLAIMS, FAR_LESS
 from cps_paper.rogue.experiments import RogueEvidence
 from cps_paper.rogue.heat_map import (
     CONTACTS,
@@ -13,7 +13,7 @@ from cps_paper.rogue.heat_map import (
     bumper_gap_m,
     collision_frequency_hz,
 )
-from cps_paper.verdicts import above, of_cases, of_number
+from cps_paper.verdicts import above, of_number
 
 FALL = 2.0  # the lower half of the frequencies against the upper one
 
@@ -24,7 +24,7 @@ def falls_with_frequency(evidence: RogueEvidence, claim: Claim) -> Finding:
     heat_map = evidence.map(MAPS[claim.figure])
     hold = [bool(low > FALL * high) for low, high in zip(heat_map.low, heat_map.high, strict=True)]
     means = f"{heat_map.low.mean():.1f} in the lower, {heat_map.high.mean():.1f} in the upper half of f"
-    return Finding(all(hold), f"{means}; so at {sum(hold)} of {len(hold)} ratios", of_cases(hold))
+    return Finding.of_cases(hold, f"{means}; so at {sum(hold)} of {len(hold)} ratios")
 
 
 @CLAIMS.judges("R10", "R11")
@@ -34,7 +34,7 @@ def detection_lowers_the_maximum(evidence: RogueEvidence, claim: Claim) -> Findi
     heat_map = evidence.map("sliding_detection")
     means = f"means {heat_map.mean:.1f} against {other.mean:.1f}"
     shown = f"maximum {_against(heat_map.highest, other.highest, evidence)}; {means}"
-    return of_one(above(other.highest, heat_map.highest), shown)
+    return Finding.of_cases([above(other.highest, heat_map.highest)], shown)
 
 
 @CLAIMS.judges("R12")
@@ -46,14 +46,14 @@ def still_high_somewhere(evidence: RogueEvidence, claim: Claim) -> Finding:
     edge = "" if hold[1] else ", the lowest frequency of the map"
     unit = CONTACTS[evidence.contact]
     shown = f"maximum {heat_map.highest:.1f} {unit} at {frequency_hz:g} Hz and ratio {ratio:g}{edge}"
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("R13", "R14")
 def disbanding_raises_the_maximum(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The maximum with early disbanding against that with detection alone."""
     ours, alone = evidence.map(MAPS[claim.figure]).highest, evidence.map("sliding_detection").highest
-    return of_one(above(ours, alone), f"maximum {_against(ours, alone, evidence)}")
+    return Finding.of_cases([above(ours, alone)], f"maximum {_against(ours, alone, evidence)}")
 
 
 @CLAIMS.judges("R15")
@@ -63,7 +63,7 @@ def late_disbanding_is_better(evidence: RogueEvidence, claim: Claim) -> Finding:
     early = [evidence.map(defender).highest for defender in ("disband_2", "disband_4")]
     hold = [above(each, late) for each in early]
     shown = "; ".join(_against(late, each, evidence) for each in early)
-    return Finding(all(hold), f"maximum {shown}", of_cases(hold))
+    return Finding.of_cases(hold, f"maximum {shown}")
 
 
 @CLAIMS.judges("R16")
@@ -85,7 +85,7 @@ def collision_line(evidence: RogueEvidence, claim: Claim) -> Finding:
         f"sliding mode collides up to {joined(last, '.2f')} Hz, the line is at {joined(line, '.2f')} Hz for ratios "
         f"{joined(RATIOS, 'g')} (cells of {2 * half_cell_hz:g} Hz)"
     )
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("R20")
@@ -98,7 +98,7 @@ def detection_against_bidirectional(evidence: RogueEvidence, claim: Claim) -> Fi
         f"means {joined(means[0], '.1f')} against {joined(means[1], '.1f')} at ratios {joined(RATIOS, 'g')}; of the "
         f"whole map {_against(ours.mean, theirs.mean, evidence)}"
     )
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 def _against(ours: float, other: float, evidence: RogueEvidence) -> str:

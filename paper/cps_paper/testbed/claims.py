@@ -40,7 +40,7 @@ def velocity_error(results: Results, claim: Claim) -> Finding:
     errors = results.errors(case)
     mean = float(errors.mean())
     shown = f"{mean:.1f} ± {deviation(errors):.1f} %, {errors.min():.1f} to {errors.max():.1f}"
-    return Finding(mean, shown, of_number(mean, claim.number))
+    return Finding.of_number(mean, claim, shown)
 
 
 def above_each(larger: FloatArray, smaller: FloatArray) -> list[bool]:
@@ -86,7 +86,7 @@ def closer(results: Results, claim: Claim) -> Finding:
     short, long = (results.of(case).metrics["smallest_gap_m"] for case in (SHORT, LONG))
     shown = f"{long.mean():.3f} m against {short.mean():.3f} m; in {_count(long < short)} seeds"
     hold = above_each(short, long)
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("T10")
@@ -97,7 +97,7 @@ def falls(results: Results, claim: Claim) -> Finding:
         f"by {-change.mean():.2f} ± {deviation(change):.2f} points under the same seed; in {_count(change < 0)} seeds"
     )
     hold = above_each(results.errors(SHORT), results.errors(LONG))
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding.of_cases(hold, shown)
 
 
 @CLAIMS.judges("T11")
@@ -107,7 +107,7 @@ def smoother(results: Results, claim: Claim) -> Finding:
     hold = np.concatenate([above_each(base, values) for values in mitigated])
     changes = joined([100.0 * (float(values.mean() / base.mean()) - 1.0) for values in mitigated])
     shown = f"rms acceleration {changes} % at t_s = 0.5 / 1 s; in {_count(hold)} runs"
-    return Finding(bool(hold.all()), shown, of_cases(hold.tolist()))
+    return Finding.of_cases(hold.tolist(), shown)
 
 
 @CLAIMS.judges("T12")
