@@ -25,6 +25,11 @@ def err() -> Console:
     return Console(stderr=True, highlight=False)
 
 
+def note(line: str) -> None:
+    """A line on stderr, as it is."""
+    err().print(line, markup=False, soft_wrap=True)
+
+
 def print_json(value: Any) -> None:
     """One JSON document on stdout."""
     sys.stdout.write(to_json(value) + "\n")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from cps_agents.arena.meeting import Meeting
-from cps_agents.console import err, out, print_json
+from cps_agents.console import err, note, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 from cps_agents.files import replacing, write_text
 from cps_agents.progress import Progress
@@ -58,7 +58,7 @@ def _play(
             total = len(film.stops(match.game))
             with Progress("frames", total) as progress:
                 payoff = play_shown(match, film, problem, lambda done, _: progress.update(done))
-            err().print(f"Shown: seed {seeds[0]} ({film.target}).", soft_wrap=True)
+            note(f"Shown: seed {seeds[0]} ({film.target}).")
     metrics = {name: np.array(values) for name, values in match.game.metrics().items()}
     return {"return": payoff, **metrics}, match.game.payoff_parts
 

@@ -333,7 +333,7 @@ def test_signals_end_a_verification_with_what_was_verified(
 @pytest.mark.parametrize("stream", ["out", "err"])
 def test_a_full_disk_never_passes_for_a_verification(stream: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def fill() -> None:
-        for module in ("cli", "commands.score") if stream == "err" else ("commands.score",):
+        for module in ("cli", "console") if stream == "err" else ("commands.score",):
             monkeypatch.setattr(f"cps_agents.{module}.{stream}", lambda: Console(file=Full()))
 
     result, first = verifying(monkeypatch, fill)

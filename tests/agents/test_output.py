@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from cps_agents.console import note
+
 QUICK = ("--set", "duration_s=20")
 COMMANDS = {
     "list": ("list",),
@@ -33,3 +35,9 @@ def test_tables_are_printed_where_the_encoding_has_no_lines(command: str, encodi
     assert result.returncode == 0, result.stderr.decode(encoding)
     assert "----" in printed
     assert "??" not in printed
+
+
+def test_notes_are_printed_whole(capsys: pytest.CaptureFixture[str]) -> None:
+    line = f"Written: runs[mine]/{'long' * 50}/page.html"
+    note(line)
+    assert capsys.readouterr().err == f"{line}\n"

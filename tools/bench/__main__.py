@@ -13,7 +13,7 @@ from cps_agents.bench.row import Row
 from cps_agents.bench.tables import OWN, Columns, number, tables, yardsticks
 from cps_agents.commands.bench import QUICK_S, USUAL_S, Only, Quick, Seconds
 from cps_agents.commands.options import AsJson
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.machine import describe
 from cps_agents.progress import Progress
@@ -56,7 +56,7 @@ def bench(
             console.print(_targets(targets))
         console.print(yardsticks(found, machine))
     if found.interrupted:
-        err().print(f"Interrupted: {len(found.rows)} of {len(items)} rows were measured.")
+        note(f"Interrupted: {len(found.rows)} of {len(items)} rows were measured.")
         raise typer.Exit(found.interrupted)
 
 

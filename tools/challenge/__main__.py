@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cps_agents.console import err, out
+from cps_agents.console import note, out
 from cps_agents.errors import CommandError
 from cps_baselines.tracks import find_track, tracks
 from tools.challenge.freezing import freeze
@@ -25,7 +25,7 @@ def challenge(
         if episodes * 8 < found.episodes:
             raise CommandError(f"--episodes {episodes} is less than an eighth of the {found.episodes} of {found.name}")
         path = freeze(found, episodes, constant or (), lambda line: out().print(line, soft_wrap=True, markup=False))
-        err().print(f"Written: {path}", soft_wrap=True)
+        note(f"Written: {path}")
 
 
 if __name__ == "__main__":

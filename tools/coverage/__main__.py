@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.commands.options import AsJson, Jobs
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.machine import available_cores, describe
@@ -58,8 +58,8 @@ def coverage(
         for table in tables(found):
             out().print(table)
     if quick:
-        err().print("--quick: few repetitions; these are no results.")
-    err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+        note("--quick: few repetitions; these are no results.")
+    note(f"Written: {', '.join(map(str, files))}")
 
 
 def _simulate(effort: Effort, workers: int) -> tuple[list[Coverage], dict[str, Any]]:

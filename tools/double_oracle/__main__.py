@@ -13,7 +13,7 @@ import typer
 
 from cps_agents.arena.statistics import Estimate
 from cps_agents.commands.options import AsJson
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.files import alone_at, write_json
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
@@ -61,7 +61,7 @@ def double_oracle(
     else:
         for game, solved in zip(games, found, strict=True):
             _show(game, solved)
-    err().print(f"Written: {to}", soft_wrap=True)
+    note(f"Written: {to}")
 
 
 def _key(game: FixedGame) -> str:

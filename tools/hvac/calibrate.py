@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from cps_agents.commands.options import AsJson, Changes
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.console import assignments, note, out, print_json
 from cps_agents.files import write_json
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
@@ -68,7 +68,7 @@ def calibrate_mtd2(
     else:
         _print(found, seeds)
     if to is not None:
-        err().print(f"Written: {to}", soft_wrap=True)
+        note(f"Written: {to}")
 
 
 def _calibrate(levels: tuple[Level, ...], seeds: range) -> list[tuple[Level, Calibration]]:

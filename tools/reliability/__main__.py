@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in
 from cps_agents.progress import Progress
@@ -63,13 +63,13 @@ def reliability(
                 console.print(line, soft_wrap=True, markup=False)
     if publish:
         files = put(written, Path())
-        err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+        note(f"Written: {', '.join(map(str, files))}")
     failed = [why for each in found for why in each.failed]
     for why in failed:
-        err().print(why, soft_wrap=True, markup=False)
+        note(why)
     violations = [f"{each.part.name}: {each.violations}" for each in found if each.violations]
     if violations:
-        err().print(f"These have to be zero: {'; '.join(violations)}", soft_wrap=True, markup=False)
+        note(f"These have to be zero: {'; '.join(violations)}")
     if violations or failed:
         raise typer.Exit(BROKEN)
 

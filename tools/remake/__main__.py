@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from cps_agents.commands.options import AsJson, Jobs
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED
 from cps_agents.zoo.files import read_pair
@@ -44,11 +44,11 @@ def remake(
         out().print(f"{len(planned)} commands, at least {total:.0f} CPU minutes in all.")
         out().print("The cards say what it took until the networks that were chosen; runs go on beyond them.")
     for step in () if dry_run else planned:
-        err().print(f"$ {step.command}", markup=False, soft_wrap=True)
+        note(f"$ {step.command}")
         shipped = [read_pair(SHIPPED / f"{name}.json") for name in step.policies]
         do(step, runs, folder, jobs)
         for each in shipped:
-            err().print(compare(each, folder), soft_wrap=True)
+            note(compare(each, folder))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import typer
 
 from cps_agents.arena.admission import able, usual
 from cps_agents.arena.statistics import Estimate, estimate
-from cps_agents.console import err, out
+from cps_agents.console import note, out
 from cps_agents.sheet import Sheet
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.rogue.families import BOXING_IN
@@ -81,14 +81,14 @@ def judging(
         damage, cost = outcomes(attacker, both, episodes)
         rows.append(_row(attacker.name, damage))
         costs.append(cost)
-        err().print("  ".join(rows[-1]), markup=False, soft_wrap=True)
+        note("  ".join(rows[-1]))
     for ratio in RATIOS:
         laws = np.array(EXPLOITERS)
         found = [search_attacks(each[np.newaxis], ratio, laws, seed, attacks) for each in both]
         rows.append(
             _row(f"worst law, ratio {ratio}", worst_damages(both, np.concatenate([laws, *found]), ratio, worlds))
         )
-        err().print("  ".join(rows[-1]), markup=False, soft_wrap=True)
+        note("  ".join(rows[-1]))
     rows.append(_row("formation cost of all attackers, s", np.mean(costs, axis=0)))
     out().print(Sheet(f"Damage to {POLICY}, m/s", HEAD, rows))
 

@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from cps_agents.console import err, out
+from cps_agents.console import note, out
 from cps_agents.files import write_json
 from cps_agents.sheet import Sheet
 from cps_baselines.evolution import Evolution
@@ -134,7 +134,7 @@ def rounds(
         for ratio, known in laws.items():
             found = search_attacks(new, ratio, known, turn, attacks)
             laws[ratio] = np.concatenate([known, found])
-            err().print(f"round {turn - seed + 1}, ratio {ratio}: {worst(new, laws[ratio], ratio)[1]:.1f} m/s")
+            note(f"round {turn - seed + 1}, ratio {ratio}: {worst(new, laws[ratio], ratio)[1]:.1f} m/s")
         first = range(TRIED, TRIED + WORLDS)
         doing = {ratio: damages(new, some, ratio, first)[0].mean(axis=1) for ratio, some in laws.items()}
         new = search_numbers(

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.commands.options import Jobs
-from cps_agents.console import err, print_json
+from cps_agents.console import note, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.machine import available_cores
@@ -86,8 +86,8 @@ def search_switching(
             for search, result in pool.run(search_weights, searches):
                 found[search.against, search.power_ratio] = result
                 starts[search.against, search.power_ratio] = tuple(result["weights"])
-                note = f"{search.label}: {result['verified']:.1f} m/s"
-                keep(len(found), note, document(found, names, ratios))
+                line = f"{search.label}: {result['verified']:.1f} m/s"
+                keep(len(found), line, document(found, names, ratios))
     _deliver(document(found, names, ratios), to, f"{count} searches")
 
 
@@ -115,7 +115,7 @@ def _deliver(result: Any, to: Path | None, said: str) -> None:
         print_json(result)
         return
     write_json(to, result)
-    err().print(f"{said}: {to}", soft_wrap=True)
+    note(f"{said}: {to}")
 
 
 if __name__ == "__main__":

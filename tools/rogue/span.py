@@ -14,7 +14,7 @@ import numpy as np
 import typer
 
 from cps_agents.arena.statistics import Estimate, estimate
-from cps_agents.console import err, out
+from cps_agents.console import note, out
 from cps_agents.sheet import Sheet
 from cps_baselines.rogue.informed import responses
 from cps_baselines.tracks import find_track, written
@@ -93,7 +93,7 @@ def span(
         room = estimate([row[np.newaxis] for row in rooms[-1]])
         without, best = (float(weights @ each.mean(axis=1)) for each in paid)
         rows.append((name, f"{without:.2f}", f"{best:.2f}", _interval(room)))
-        err().print(f"{name}: {sides[0][0]}; {', '.join(sides[1])}", markup=False, soft_wrap=True)
+        note(f"{name}: {sides[0][0]}; {', '.join(sides[1])}")
     title = "Preset learning: what the attackers of rogue-defense are paid, m/s"
     out().print(Sheet(title, ("the defender chooses", "best that never looks", "best known answers", "span"), rows))
     more = estimate([row[np.newaxis] for row in rooms[1] - rooms[0]])

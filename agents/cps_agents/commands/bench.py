@@ -11,7 +11,7 @@ from cps_agents.bench.interfaces import added_items, items
 from cps_agents.bench.measuring import measure
 from cps_agents.bench.tables import tables, yardsticks
 from cps_agents.commands.options import AsJson
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.machine import describe
 from cps_agents.progress import Progress
 from cps_envs import PROBLEMS, find_problem
@@ -40,5 +40,5 @@ def bench(only: Only = None, seconds: Seconds = USUAL_S, quick: Quick = False, a
             out().print(table)
         out().print(yardsticks(found, machine))
     if found.interrupted:
-        err().print(f"Interrupted: {len(found.rows)} of {len(todo)} rows were measured.")
+        note(f"Interrupted: {len(found.rows)} of {len(todo)} rows were measured.")
         raise typer.Exit(found.interrupted)

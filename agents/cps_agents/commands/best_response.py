@@ -24,7 +24,7 @@ from cps_agents.commands.options import (
     Steps,
     role_named,
 )
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, write_json
 from cps_agents.league.exploitability import Judgement, gain_over, judge, league_value, line_up_known
@@ -102,7 +102,7 @@ def best_response(
     with alone_in(folder):
         present, left_out = line_up_known(question, known or ["all"], store, spent.workers)
         question = replace(question, known=tuple(each.reference for each in present.players(mine)))
-        responses = respond(oracles, question, folder, spent, store, "response", _note)
+        responses = respond(oracles, question, folder, spent, store, "response", note)
         with Progress("pairs", 1) as progress:
             judgement = judge(question, present, left_out, responses, store, spent.workers, progress.report)
         over_value = None if value is None else gain_over(value, judgement.response_pay, question.role)
@@ -115,7 +115,7 @@ def best_response(
     else:
         _show(question, responses, judgement, over_value)
     written = f"Written: {folder / 'best-response.json'}. The response plays as {responses.chosen.reference}"
-    err().print(written, markup=False, soft_wrap=True)
+    note(written)
 
 
 def _entered(entry: Path, problem: str, role: Role) -> tuple[list[str] | None, list[str] | None, str]:
@@ -145,11 +145,7 @@ def _keep(entry: Path, judgement: Judgement, known: Sequence[Contestant], respon
         gain=judgement.gain,
         cpu_s=responses.cpu_s,
     )
-    _note(f"On the board: {keep_exploit(entry, kept)}")
-
-
-def _note(line: str) -> None:
-    err().print(line, markup=False, soft_wrap=True)
+    note(f"On the board: {keep_exploit(entry, kept)}")
 
 
 def _question(

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.commands.options import AsJson, Changes
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.evaluation import plain_values, stored_episodes
 from cps_agents.files import alone_at, write_text
@@ -98,7 +98,7 @@ def certify_tasks(
         print_json(json.loads(to_text(header, config, chosen)))
     else:
         _show(config, chosen)
-    err().print(f"{len(left)} tasks solved, {len(chosen) - len(left)} known before: {path}", soft_wrap=True)
+    note(f"{len(left)} tasks solved, {len(chosen) - len(left)} known before: {path}")
 
 
 def _earlier(path: Path, config: FdiConfig) -> tuple[dict[Task, Record], list[str]]:
@@ -170,8 +170,8 @@ def certify_episodes(
         print_json(shown)
     else:
         _show_episodes(config, shown.items())
-    err().print(f"{len(left)} episodes solved, {episodes - len(left)} known before: {path}", soft_wrap=True)
-    err().print(f"`cps-envs evaluate fdi attacker --certified {path} ...` measures policies by them.", soft_wrap=True)
+    note(f"{len(left)} episodes solved, {episodes - len(left)} known before: {path}")
+    note(f"`cps-envs evaluate fdi attacker --certified {path} ...` measures policies by them.")
 
 
 def _row(certificate: Certificate) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Preset
-from cps_agents.console import assignments, err, print_json
+from cps_agents.console import assignments, err, note, print_json
 from cps_agents.datasets import name_of, write_dataset
 from cps_envs import find_problem
 from cps_envs.core.seeds import TRAINING_START
@@ -61,4 +61,4 @@ def dataset(
     if as_json:
         print_json({"id": dataset_id, "episodes": episodes, "steps": steps, "players": players, "preset": preset})
     else:
-        err().print(f"Written: {dataset_id}, {episodes} episodes, {steps:,} steps. minari.load_dataset({dataset_id!r})")
+        note(f"Written: {dataset_id}, {episodes} episodes, {steps:,} steps. minari.load_dataset({dataset_id!r})")

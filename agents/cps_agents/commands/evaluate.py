@@ -26,7 +26,7 @@ from cps_agents.commands.options import (
     conclude,
     role_named,
 )
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 from cps_agents.evaluation import Known, Standing, certified_metrics, compare, is_better
 from cps_agents.machine import available_cores, describe
@@ -123,7 +123,7 @@ def _with_certificates(table: Table, path: Path) -> tuple[Table, Known]:
         raise CommandError("--certified is about attackers of fdi without a defender: name the opponent none")
     known = certified_metrics(path, table.venue.config, table.episodes)
     found, proved = ((known[name] > 0).sum() for name in ("oracle_value_mps", "optimum_proved"))
-    err().print(f"{table.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
+    note(f"{table.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
     return replace(table, per=table.per or "oracle_bound_mps"), known
 
 
@@ -176,7 +176,7 @@ def _print(table: Table, role: Role, standings: list[Standing]) -> None:
         out().print(f"{HIDDEN} the worst training seed lies outside the interval of the mean.")
     if bars:
         colours = "; green or red where it excludes zero, for or against the policy" if is_pay else ""
-        err().print(f"Differences: mean and interval{colours}.")
+        note(f"Differences: mean and interval{colours}.")
 
 
 def _worst(standing: Standing) -> tuple[str]:

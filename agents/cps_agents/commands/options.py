@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cps_agents.console import err
+from cps_agents.console import note
 from cps_agents.errors import CommandError
 from cps_envs.core.types import ROLES, Role
 
@@ -58,4 +58,4 @@ def conclude(files: Sequence[Path], reused: int = 0, *notes: str) -> None:
     again = f"Played before: {reused} meeting{'s' * (reused > 1)}; --fresh plays again." if reused else ""
     written = f"Written: {', '.join(map(str, files))}." if files else ""
     if said := " ".join(filter(None, (*notes, again, written))):
-        err().print(said, soft_wrap=True)
+        note(said)

@@ -12,7 +12,7 @@ from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.commands.league import MOST
 from cps_agents.commands.options import MEETINGS, Attackers, Changes, Defenders, Fresh, Jobs, Meetings, Preset
-from cps_agents.console import assignments, err
+from cps_agents.console import assignments, note
 from cps_agents.files import alone_in
 from cps_agents.league.league import asked
 from cps_agents.machine import available_cores
@@ -78,8 +78,8 @@ def report(
         with Progress("episodes to watch", 1) as progress:
             page = write_report(Report(boards, replays, curves, sheets), folder, cores, progress.report)
     missing = sum(board.missing for board in boards)
-    note = f" {missing} pairs have not been played and are marked." if missing else ""
-    err().print(f"Written: {page}.{note}", soft_wrap=True)
+    unplayed = f" {missing} pairs have not been played and are marked." if missing else ""
+    note(f"Written: {page}.{unplayed}")
     if serve:
         serve_folder(folder)
 

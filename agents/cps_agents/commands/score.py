@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from cps_agents.commands.options import AsJson
-from cps_agents.console import err, out, print_json, to_json
+from cps_agents.console import note, out, print_json, to_json
 from cps_agents.files import replacing
 from cps_agents.progress import Progress
 from cps_agents.scoring.board import agreement, rank_line, table
@@ -66,7 +66,7 @@ def score_policy(
         elif scored is not None:
             _show(scored)
     if to is not None:
-        err().print(f"Written: {to}", soft_wrap=True)
+        note(f"Written: {to}")
 
 
 def _show(scored: Score) -> None:
@@ -112,5 +112,5 @@ def verify(
 ) -> None:
     """Check that files hold scores that their policies reach."""
     for path in file:
-        found = check(path, audit=audit, draw=draw, say=lambda line: err().print(f"  {line}", soft_wrap=True))
+        found = check(path, audit=audit, draw=draw, say=lambda line: note(f"  {line}"))
         out().print(f"{path}: {found.line}", soft_wrap=True)

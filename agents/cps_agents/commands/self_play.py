@@ -23,7 +23,7 @@ from cps_agents.commands.options import (
     Preset,
     Steps,
 )
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.console import assignments, note, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
 from cps_agents.league.bounds import LeagueOutcome, judge
 from cps_agents.league.league import asked, check_anybody, line_up
@@ -86,7 +86,7 @@ def self_play(
     else:
         _show(outcome)
     written = ", ".join(str(folder / f"self-play.{suffix}") for suffix in ("json", "png"))
-    err().print(f"Written: {written}", soft_wrap=True)
+    note(f"Written: {written}")
 
 
 def _settings(
@@ -118,13 +118,13 @@ def _game(
     with Workers(budget.workers) as pool:
         table, left_out = line_up(asked(venue, references, episodes), references, store, pool)
     for (role, reference), reason in left_out.items():
-        _note(f"Left out: {role} {reference}: {reason}")
+        note(f"Left out: {role} {reference}: {reason}")
     check_anybody(table, left_out)
     start: dict[Role, list[str]] = {role: [] for role in ROLES}
     for role in ROLES:
         for reference in (player.reference for player in table.players(role)):
             if reason := _unmixable(reference, venue):
-                _note(f"Left out: {role} {reference}: {reason}")
+                note(f"Left out: {role} {reference}: {reason}")
             else:
                 start[role].append(reference)
     return SelfPlayGame(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
@@ -139,21 +139,17 @@ def _unmixable(reference: str, venue: Venue) -> str:
     return f"it was trained with other {', '.join(form)}; see --set" if form else ""
 
 
-def _note(line: str) -> None:
-    err().print(line, markup=False, soft_wrap=True)
-
-
 def _play(game: SelfPlayGame, folder: Path, store: Store, iterations: int, budget: Budget) -> LeagueOutcome:
     """Iterate; after each iteration the results are judged, told and written."""
     outcomes: list[LeagueOutcome] = []
 
     def report(pool: Pool, done: list[Iteration]) -> None:
         outcomes.append(judge(game, pool, done, store, budget.workers))
-        _note(tell_round(outcomes[-1]))
+        note(tell_round(outcomes[-1]))
         write_json(folder / "self-play.json", _document(outcomes[-1]))
         write_figure(folder / "self-play.png", draw(outcomes[-1]))
 
-    iterate(game, folder, store, iterations, budget, report, _note)
+    iterate(game, folder, store, iterations, budget, report, note)
     return outcomes[-1]
 
 

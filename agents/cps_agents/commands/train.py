@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
@@ -135,7 +135,7 @@ def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str
     results = train_all(runs, workers, name)
     if ship is not None:
         merge([job.card for job in runs], ship / f"{name}.json")
-        err().print(f"Written: {ship / name}.json and {name}.safetensors", soft_wrap=True)
+        note(f"Written: {ship / name}.json and {name}.safetensors")
     return {
         "recipe": name,
         "runs": [{"folder": str(job.folder), **found} for job, found in zip(runs, results, strict=True)],
@@ -148,7 +148,7 @@ def _print(runs: list[TrainingJob], found: dict[str, Any]) -> None:
         for run in found["runs"]
     ]
     out().print(Sheet(found["recipe"], ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
-    err().print(f"Play one with --{runs[0].recipe.role} zoo:{runs[0].folder}", soft_wrap=True)
+    note(f"Play one with --{runs[0].recipe.role} zoo:{runs[0].folder}")
 
 
 def _list(recipes: list[Recipe], as_json: bool) -> None:
@@ -214,7 +214,7 @@ def tune(
         print_json([row._asdict() for row in tried])
         return
     _show(name, tried, list(searched), given)
-    err().print(f"Kept: {study.path}. More trials go on with it.", soft_wrap=True)
+    note(f"Kept: {study.path}. More trials go on with it.")
 
 
 def _split(text: str) -> tuple[str, str]:

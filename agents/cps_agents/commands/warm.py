@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from cps_agents.commands.options import AsJson, Jobs
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
@@ -47,7 +47,7 @@ def warm(
         out().print(Sheet("Kernels", ("Problem", "Uses", "Compiled", "CPU s"), rows))
     for each in found:
         for failure in each.failed:
-            err().print(f"{each.problem}, {failure}", soft_wrap=True, markup=False)
+            note(f"{each.problem}, {failure}")
     if not kept or any(each.failed for each in found):
         raise typer.Exit(FAILED)
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from cps_agents.commands.options import AsJson
-from cps_agents.console import err, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.files import write_text
 from cps_agents.league.self_play_report import ship_mixtures
 from cps_agents.sheet import Sheet
@@ -63,7 +63,7 @@ def print_card(
         typer.echo(text, nl=False)
         return
     write_text(to, text)
-    err().print(f"Written: {to}", soft_wrap=True)
+    note(f"Written: {to}")
 
 
 @app.command()
@@ -83,7 +83,7 @@ def add(
         print_json(merged.to_json())
         return
     _print(merged)
-    err().print(f"Written: {target} and {target.with_suffix('.safetensors')}. It plays as zoo:{target}", soft_wrap=True)
+    note(f"Written: {target} and {target.with_suffix('.safetensors')}. It plays as zoo:{target}")
 
 
 @app.command()
@@ -103,7 +103,7 @@ def mix(
     for card in cards:
         _print(card)
         _print_numbers(card, folder / f"{card.name}.json")
-    err().print(f"Written: {', '.join(card.name for card in cards)} in {folder}", soft_wrap=True)
+    note(f"Written: {', '.join(card.name for card in cards)} in {folder}")
 
 
 def _cards(folder: Path) -> list[Card]:

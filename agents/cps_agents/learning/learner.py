@@ -90,6 +90,4 @@ def _state(jobs: Sequence[TrainingJob]) -> tuple[int, list[str]]:
         done += min(int(found.get("done", found.get("steps", 0))), budget)
         if found.get("best_score") is not None:
             notes.append(f"seed {job.seed}: best {found['best_score']:.3g}")
-        elif found.get("phase"):
-            notes.append(f"seed {job.seed}: {found['phase']}")
     return done, notes

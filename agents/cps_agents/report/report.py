@@ -20,7 +20,7 @@ from typing import Any
 
 from cps_agents.arena.play import Report as Told
 from cps_agents.arena.play import silent
-from cps_agents.console import err
+from cps_agents.console import note
 from cps_agents.errors import CommandError
 from cps_agents.files import write_text
 from cps_agents.machine import describe
@@ -86,12 +86,12 @@ def serve(folder: Path) -> None:
     with ThreadingHTTPServer((HOST, 0), partial(Quiet, directory=str(folder))) as server:
         address = f"http://{HOST}:{server.server_address[1]}/"
         if not webbrowser.open(address):
-            err().print("No browser was found on this machine: open the address below in one.")
-        err().print(f"Serving {folder} at {address}. Press Ctrl-C to stop.", soft_wrap=True)
+            note("No browser was found on this machine: open the address below in one.")
+        note(f"Serving {folder} at {address}. Press Ctrl-C to stop.")
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            err().print("Stopped.")
+            note("Stopped.")
 
 
 MOST_BYTES, LEAST_BYTES = 9_000_000, 60_000  # of all episodes, and of one that is long
