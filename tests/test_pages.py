@@ -46,6 +46,7 @@ LESS = {  # the same with less work, for the tests that are not slow
     r"--episodes \d+": "--episodes 2",
     r"(report .*)": r"\1 --set duration_s=2 --jobs 1",
     r"(league .*)": r"\1 --attacker random --attacker square --defender none --defender pd --jobs 1",
+    r"(evaluate .*)": r"\1 --jobs 1",
     r"(score (?!.*--dev).*)": r"\1 --dev",
 }
 NOTEBOOKS = sorted((DOCS / "tutorials").glob("*.ipynb"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -16,24 +17,39 @@ COMMANDS = {
     "list": ("list",),
     "zoo": ("zoo", "list"),
     "play": ("play", "disbanding", "--attacker", "lead", *QUICK),
-    "league": ("league", "disbanding", *QUICK, "--attacker", "lead", "--defender", "none", "--episodes", "2"),
+    "league": (
+        *("league", "disbanding", *QUICK, "--attacker", "lead", "--defender", "none"),
+        *("--episodes", "2", "--jobs", "1"),
+    ),
 }
+ONE_AFTER_THE_OTHER = """
+import json, sys
+from cps_agents.command import main
+
+for name, arguments in json.loads(sys.argv[1]).items():
+    sys.argv = ["cps-envs", *arguments]
+    print(f"<{name}>")
+    try:
+        main()
+    except SystemExit as end:
+        assert not end.code, (name, end.code)
+"""
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
-@pytest.mark.parametrize("command", COMMANDS)
-def test_tables_are_printed_where_the_encoding_has_no_lines(command: str, encoding: str, tmp_path: Path) -> None:
-    code = "import sys; from cps_agents.command import main; sys.argv[0] = 'cps-envs'; main()"
-    extra = ("--jobs", "1") if command == "league" else ()
+def test_tables_are_printed_where_the_encoding_has_no_lines(encoding: str, tmp_path: Path) -> None:
     result = subprocess.run(
-        [sys.executable, "-c", code, *COMMANDS[command], *extra],
+        [sys.executable, "-c", ONE_AFTER_THE_OTHER, json.dumps(COMMANDS)],
         env={**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"},
         cwd=tmp_path,
         capture_output=True,
     )
     printed = result.stdout.decode(encoding)
     assert result.returncode == 0, result.stderr.decode(encoding)
-    assert "----" in printed
+    for name in COMMANDS:
+        _, found, rest = printed.partition(f"<{name}>")
+        assert found
+        assert "----" in rest.partition("\n<")[0], name
     assert "??" not in printed
 
 

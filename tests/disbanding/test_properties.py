@@ -142,7 +142,7 @@ def test_nobody_without_a_collision_beats_the_reference_of_two(defender: str) ->
         config = DISBANDING.config("paper", {"tau_s": tau_s, "report": "safety"})
         outcome = play_episodes(DISBANDING, config, {"attacker": "table_2_3", "defender": defender}, (0,))
         if not outcome["collided"][0]:
-            bound = least_error_of_two(config, outcome["smallest_gap_m"], search=TwoAttackSearch(generations=30))
+            bound = least_error_of_two(config, outcome["smallest_gap_m"], search=TwoAttackSearch(generations=10))
             assert outcome["velocity_error_all"][0] >= bound[0]
             checked += 1
     assert checked
