@@ -14,7 +14,6 @@ from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
 from cps_envs.core.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.fdi.adapters.expected import Expected
 from cps_envs.fdi.adapters.motion import Motion
 from cps_envs.fdi.adapters.sensor import Sensor
 from cps_envs.fdi.config import FdiConfig
@@ -56,7 +55,7 @@ class FdiGame(Game):
 
     name = "fdi"
     adapters: ClassVar[Adapters] = {
-        "attacker": {"motion": Motion, "expected": Expected},
+        "attacker": {"motion": Motion},
         "defender": {"sensor": Sensor},
     }
     threaded = True

@@ -52,10 +52,10 @@ def test_every_role_is_there_with_settings_and_an_opponent_to_hold_out() -> None
 
 
 def test_constants_are_all_actions_of_an_adapter() -> None:
-    spec = PROBLEMS["fdi"].game(PROBLEMS["fdi"].presets["learning"], 1).spec("attacker")
+    duel = PROBLEMS["fdi"].game(PROBLEMS["fdi"].presets["learning"], 1)
+    spec, sensors = duel.spec("attacker"), constants_of(duel.spec("defender"), "sensor")
     assert constants_of(spec, "motion") == [f"always?adapter=motion&action={level}" for level in range(9)]
-    assert len(constants_of(spec, "expected")) == 81
-    assert constants_of(spec, "expected")[1] == "always?adapter=expected&action=[0,1]"
+    assert (len(sensors), sensors[1]) == (12, "always?adapter=sensor&action=[0,0,1]")
     assert constants_of(spec, "native") == native_constants(spec) == []
     house = PROBLEMS["hvac"].game(PROBLEMS["hvac"].presets["learning"], 1).spec("defender")
     assert len(native_constants(house)) == house.action_space.n  # among them each set of believed sensors

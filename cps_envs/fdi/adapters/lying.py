@@ -56,7 +56,7 @@ class Lying(Adapter):
         config: FdiConfig = spec.config
         if config.estimator != "kalman" or config.attack_action != "level":
             raise ConfigurationError(
-                'the adapters motion and expected lie to a filter: they need estimator = "kalman" and attack_action = '
+                'the adapter motion lies to a filter: it needs estimator = "kalman" and attack_action = '
                 f'"level", as in preset "learning", not {config.estimator!r} and {config.attack_action!r}'
             )
         n, readings = config.num_vehicles, config.num_readings
