@@ -28,7 +28,7 @@ from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue
 from cps_agents.league.report import document
 from cps_agents.league.response import Budget, Question, Response, Responses, against, limited, respond
 from cps_agents.league.search import SearchJob
-from cps_agents.league.strategy import mix, strategy_of
+from cps_agents.league.strategy import mix
 from cps_agents.league.venues import merged, venue_against
 from cps_agents.learning import learner
 from cps_agents.learning.recipe import SHARED, Recipe
@@ -147,7 +147,7 @@ def test_a_response_is_looked_for_where_the_opponent_learned(tmp_path: Path) -> 
     assert ppo.recipe is not None
     tuned = against(ppo.recipe, Question("defender", strategy, chosen, 1), "response")
     assert (tuned.preset, tuned.overrides["attack_action"]) == ("easy", "share")
-    assert strategy_of(tuned.opponent).policies == strategy.policies
+    assert mix([tuned.opponent]).policies == strategy.policies
     assert venue_against(mix(["random"]), usual, None, {}).preset == usual.preset
     with pytest.raises(CommandError, match="choose one with --set a="):
         merged([{"a": 1, "b": 2}, {"b": 2, "a": 3}], "a recipe")

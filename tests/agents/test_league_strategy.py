@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_agents.league.strategy import Strategy, mix, strategy_of
+from cps_agents.league.strategy import Strategy, mix
 from cps_envs import find_problem
 from cps_envs.core.mixture import Mixture
 
@@ -22,7 +22,7 @@ pools = st.lists(st.tuples(names, st.integers(1, 1000)), min_size=1, max_size=5,
 def test_a_reference_gives_its_strategy_back(pool: list[tuple[str, int]]) -> None:
     policies, weights = zip(*pool, strict=True)
     made = mix(policies, weights)
-    again = strategy_of(made.reference)
+    again = mix([made.reference])
     assert again.policies == policies == made.policies
     np.testing.assert_allclose(again.probabilities, np.array(weights) / sum(weights), atol=3e-6)
 
@@ -43,7 +43,7 @@ def test_mixtures_of_mixtures_are_taken_apart() -> None:
     assert dict(zip(found.policies, found.probabilities, strict=True)) == pytest.approx(
         {"a": 0.125 + 0.25, "b?x=1&y=2": 0.375, "c": 0.25}
     )
-    assert strategy_of('rogue.attacker.mixture?policies=["a","b"]').probabilities == (0.5, 0.5)
+    assert mix(['rogue.attacker.mixture?policies=["a","b"]']).probabilities == (0.5, 0.5)
 
 
 def test_a_pure_strategy_is_its_policy() -> None:
@@ -61,4 +61,4 @@ def test_weights_that_make_no_sense(weights: list[float]) -> None:
 @pytest.mark.parametrize("reference", ["mixture", "mixture?policies=a", 'mixture?policies=["a"]&weights=[1,2]'])
 def test_references_that_are_no_mixtures(reference: str) -> None:
     with pytest.raises(ValueError, match="write mixture"):
-        strategy_of(reference)
+        mix([reference])

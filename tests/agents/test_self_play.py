@@ -27,7 +27,7 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.response import Budget, Question, Response, Responses
 from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate, play_pool
 from cps_agents.league.self_play_report import document, draw
-from cps_agents.league.strategy import mix, strategy_of
+from cps_agents.league.strategy import mix
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import DamagedFileError
@@ -177,9 +177,7 @@ def test_the_report_holds_everything(tmp_path: Path, oracle: Respond) -> None:
     found = json.loads(json.dumps(document(outcome, {"command": "x"}), allow_nan=False))
     assert [each["iteration"] for each in found["iterations"]] == [1, 2]
     assert found["budget"] == {"iterations": 2, "steps": 40, "cpu_s": 2.0}
-    assert (
-        strategy_of(found["final"]["profile"]["defender"]["reference"]).policies == outcome.final["defender"].policies
-    )
+    assert mix([found["final"]["profile"]["defender"]["reference"]]).policies == outcome.final["defender"].policies
     left, right = draw(outcome).axes
     assert len(left.get_xticks()) == 3
     assert {text.get_text() for text in right.get_legend().get_texts()} == {

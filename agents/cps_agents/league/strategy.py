@@ -63,15 +63,6 @@ def mix(policies: Sequence[str], weights: Sequence[float] | None = None) -> Stra
     return Strategy(tuple(kept), tuple(weight / total for weight in kept.values()))
 
 
-def strategy_of(reference: str) -> Strategy:
-    """The strategy that a reference names; pure unless it is a mixture.
-
-    Raises:
-        ValueError: a mixture whose policies or weights make no sense.
-    """
-    return mix([reference])
-
-
 def _parts(reference: str) -> list[tuple[str, float]]:
     name, _, query = reference.partition("?")
     if name.rpartition(".")[2] != MIXTURE:
