@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import Any, TypeAlias
 
 import gymnasium
@@ -83,10 +84,11 @@ def _try(problem: Problem, overrides: Overrides) -> None:
 
 
 def _policy(problem: Problem, role: Role, name: str) -> None:
-    """Play a policy in the first preset that it fits."""
-    for preset in problem.presets:
+    """Play a policy against the usual opponent in the first preset that it fits, if need be with one other word."""
+    words = ({}, *({field: value} for field, value in _variants(problem)))
+    for overrides, preset in product(words, problem.presets):
         try:
-            return _match(problem, preset, {}, {role: name})
+            return _match(problem, preset, overrides, {**problem.opponents[preset], role: name})
         except (ConfigurationError, MissingExtraError, TypeError):
             continue  # it needs options, another configuration, or a package that is not installed
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from cps_agents import warm as warming
 from cps_agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
 from cps_envs.core.compiling import compiled, told
@@ -40,6 +41,24 @@ def test_nothing_is_left_to_compile_after_warming() -> None:
     env.step({agent: env.action_space(agent).sample() for agent in env.agents})
     assert compiled == before
     assert found.uses == len(list(visits(TOY))) + len(list(visits(TESTBED)))
+
+
+@pytest.mark.parametrize(
+    ("name", "met"), [("joint", ("paper", {}, "lead")), ("box_in", ("paper", {"defense_action": "command"}, "square"))]
+)
+def test_policies_are_warmed_by_an_opponent_and_in_a_configuration_that_they_can_play(
+    name: str, met: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, plays = [], warming._match
+
+    def match(problem: Any, preset: str, overrides: Any, players: Any) -> None:
+        plays(problem, preset, overrides, players)
+        found.append((preset, overrides, players["attacker"]))
+
+    monkeypatch.setattr(warming, "_match", match)
+    problem = PROBLEMS["disbanding" if name == "joint" else "rogue"]
+    warming._policy(problem, "defender", name)
+    assert found == [met]
 
 
 @pytest.fixture
