@@ -63,12 +63,10 @@ class BranchAndBound(InjectionPolicy):
         return actions, (sequences, used + 1)
 
     def _search(self, vehicle: int, kind: str) -> SearchTables:
-        if (
-            vehicle,
-            kind,
-        ) not in self._searches:  # quicker than hashing a configuration
-            self._searches[vehicle, kind] = make_search(self.config, vehicle, kind, **self._options)
-        return self._searches[vehicle, kind]
+        key = vehicle, kind  # quicker than hashing a configuration
+        if key not in self._searches:
+            self._searches[key] = make_search(self.config, vehicle, kind, **self._options)
+        return self._searches[key]
 
     def _attacks(self, view: View, due: BoolArray) -> Iterator[tuple[BoolArray, int, str, IntArray]]:
         """The episodes (B,) that need a new sequence against sensors of a vehicle, of which kind, and their slots."""

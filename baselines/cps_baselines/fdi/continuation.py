@@ -58,9 +58,9 @@ def integer_continuation(
     if step >= config.horizon:
         return np.zeros((0, task.sensors.count), np.int64)
     for ending in _reachable(config, task.sensors, error, step):
-        program = _program(config, task.sensors, ending, strict=True)
+        program = program_to(config, task.sensors, ending, strict=True)
         whole = np.ones(len(program.cost), np.bool_)
-        found = solve(replace(_shifted(program, error), integer=whole), Limits(time_limit_s))
+        found = solve(replace(from_state(program, error), integer=whole), Limits(time_limit_s))
         if found.columns is not None:
             levels: IntArray = np.rint(found.columns).astype(np.int64).reshape(ending.steps, -1)
             return levels
@@ -79,7 +79,7 @@ def best_from(
     if best is None:
         return None
     _, ending = best
-    found = solve(_shifted(_loaded(config, task.sensors, ending, fastest=True).program, error))
+    found = solve(from_state(_loaded(config, task.sensors, ending, fastest=True).program, error))
     return None if found.columns is None else found.columns.reshape(ending.steps, -1)
 
 
@@ -133,7 +133,7 @@ class _Loaded:
 
     def solve(self, error: FloatArray) -> Solution:
         """Solve from the error (2n,)."""
-        rows = _shifted(self.program, error).rows
+        rows = from_state(self.program, error).rows
         with self._lock:
             self._solver.changeRowsBounds(len(self._rows), self._rows, rows.lower, rows.upper)
             return run(self._solver)
@@ -141,25 +141,31 @@ class _Loaded:
 
 @lru_cache(maxsize=1024)
 def _loaded(config: FdiConfig, sensors: Sensors, ending: Ending, *, fastest: bool) -> _Loaded:
-    program = _program(config, sensors, ending)
-    if fastest and ending.pair is not None:
-        speed = lift(config, sensors).errors[ending.steps, config.num_vehicles + ending.pair]
-        program = replace(program, cost=speed[: len(program.cost)].copy())
-    return _Loaded(program)
+    return _Loaded(program_to(config, sensors, ending, fastest=fastest))
 
 
-def _program(config: FdiConfig, sensors: Sensors, ending: Ending, *, strict: bool = False) -> Program:
-    """Legal levels (k q,) up to an ending, without cost."""
+def program_to(
+    config: FdiConfig, sensors: Sensors, ending: Ending, *, strict: bool = False, fastest: bool = False
+) -> Program:
+    """Legal levels (k q,) from rest to an ending, without cost, or for the `fastest` collision of its pair.
+
+    As such the program is a relaxation of the environment: a gap may close to 1e-6 m above a collision at the end,
+    touch one before it, and limits have the environment's tolerance. The strict one keeps that far from touching, so
+    that rounding changes no step of its solutions.
+    """
     rows = legal_rows(config, sensors, ending.steps, strict=strict)
     if ending.pair is not None:
         margin_m = STRICT_GAP_M if strict else -STRICT_GAP_M
         touch_m = -config.desired_gap_m - margin_m
         rows = stack([rows, end_rows(config, sensors, ending.steps, ending.pair, -np.inf, touch_m)])
     levels = np.tile(lift(config, sensors).levels, ending.steps).astype(np.float64)
-    return Program(np.zeros(len(levels)), rows, -levels, levels)
+    cost = np.zeros(len(levels))
+    if fastest and ending.pair is not None:
+        cost = lift(config, sensors).errors[ending.steps, config.num_vehicles + ending.pair, : len(levels)]
+    return Program(cost, rows, -levels, levels)
 
 
-def _shifted(program: Program, error: FloatArray) -> Program:
+def from_state(program: Program, error: FloatArray) -> Program:
     """The program from the state e(0) = error (2n,) instead of rest."""
     offset = program.rows.drift @ error
     rows = program.rows._replace(lower=program.rows.lower - offset, upper=program.rows.upper - offset)

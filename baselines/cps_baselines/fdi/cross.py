@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cps_baselines.fdi.continuation import Ending, program_to
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import OPTIMAL, UNSOLVED, Limits, Program, solve
-from cps_baselines.fdi.lifted import STRICT_GAP_M, columns_of, end_rows, legal_rows, lift, stack, through
+from cps_baselines.fdi.lifted import columns_of, stack, through
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -22,19 +23,13 @@ PROVED_MPS = 1e-4  # a value this near its bound is the optimum
 
 
 def crossing_program(config: FdiConfig, task: Task, *, strict: bool = False) -> Program:
-    """Minimise e_v,t(m) over legal injections with e_x,t(m) <= -x_d and no collision before m; variables of `columns`.
+    """Minimise e_v,t(m) over legal injections with e_x,t(m) <= -x_d and no collision before m, see `program_to`.
 
-    As such the program is a relaxation of the environment: a gap may close to 1e-6 m above a collision at m, touch one
-    before m, and limits have the environment's tolerance. The strict one keeps that far from touching, so that
-    rounding changes no step of its solutions.
+    The variables are those of `columns_of`.
     """
-    steps, n, target = config.horizon, config.num_vehicles, task.target - 1
-    margin_m = STRICT_GAP_M if strict else -STRICT_GAP_M
-    columns = columns_of(config, task.sensors)
-    legal = legal_rows(config, task.sensors, steps, strict=strict)
-    end = end_rows(config, task.sensors, steps, target, -np.inf, -config.desired_gap_m - margin_m)
-    rows = stack([through(stack([legal, end]), columns.transform), columns.rows])
-    cost = columns.transform.T @ lift(config, task.sensors).errors[steps, n + target]
+    columns, ending = columns_of(config, task.sensors), Ending(config.horizon, task.target - 1)
+    plain = program_to(config, task.sensors, ending, strict=strict, fastest=True)
+    rows, cost = stack([through(plain.rows, columns.transform), columns.rows]), columns.transform.T @ plain.cost
     return Program(cost, rows, -columns.bound, columns.bound, np.ones(len(cost), np.bool_))
 
 

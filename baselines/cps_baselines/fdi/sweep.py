@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium.utils import seeding
 
+from cps_baselines.fdi.continuation import Ending, from_state, program_to
 from cps_baselines.fdi.cross import PROVED_MPS, cross, merged
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import Limits, Program, solve
-from cps_baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack
+from cps_baselines.fdi.lifted import lift
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_baselines.workers import Workers
 from cps_envs.core.errors import ConfigurationError
@@ -154,19 +155,14 @@ def own_config(config: FdiConfig, instance: Instance) -> FdiConfig:
 def crossing_from(config: FdiConfig, instance: Instance, steps: int, *, integer: bool) -> tuple[Program, float]:
     """Minimise e_v,t(steps) over legal injections that let the target collide then and nobody before.
 
-    As `cross.crossing_program`, from the start of the instance. The second value is what e_v,t(steps) has besides the
-    program's objective.
+    They begin at the start of the instance. The second value is what e_v,t(steps) has besides the program's objective.
     """
-    sensors, n, target = instance.task.sensors, config.num_vehicles, instance.task.target - 1
-    lifted, start, columns = lift(config, sensors), np.array(instance.start), steps * sensors.count
-    legal = legal_rows(config, sensors, steps)
-    rows = stack([legal, end_rows(config, sensors, steps, target, -np.inf, STRICT_GAP_M - config.desired_gap_m)])
-    drifted = rows.drift @ start
-    rows = rows._replace(lower=rows.lower - drifted, upper=rows.upper - drifted)
-    bound = np.tile(lifted.levels, steps).astype(np.float64)
-    whole = np.ones(columns, np.bool_) if integer else None
-    program = Program(lifted.errors[steps, n + target, :columns], rows, -bound, bound, whole)
-    return program, float(lifted.drift[steps, n + target] @ start)
+    sensors, pair, start = instance.task.sensors, instance.task.target - 1, np.array(instance.start)
+    program = from_state(program_to(config, sensors, Ending(steps, pair), fastest=True), start)
+    whole = np.ones(len(program.cost), np.bool_) if integer else None
+    return replace(program, integer=whole), float(
+        lift(config, sensors).drift[steps, config.num_vehicles + pair] @ start
+    )
 
 
 def certify(config: FdiConfig, instance: Instance, time_limit_s: float = 20.0) -> Certificate:
