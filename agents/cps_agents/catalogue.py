@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from typing import Any, get_type_hints
 
 import gymnasium
 
-from cps_envs.core.lookup import policy_entry, policy_names
+from cps_envs.core.errors import MissingExtraError, UnknownNameError
+from cps_envs.core.lookup import load, policy_entry, policy_names
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 
@@ -41,7 +43,8 @@ def pettingzoo_ids(problem: Problem) -> dict[str, str]:
     """PettingZoo's id of a problem, and the functions of its module: parallel, turn-based, decentralised."""
     module = str(gymnasium.spec(problem.env_id("attacker")).entry_point).partition(":")[0]
     ids = {"id": f"{problem.namespace}/{problem.name}-v{problem.version}"}
-    offers = {"parallel": "parallel_env", "aec": "env"} | ({"swarm": "swarm_env"} if problem.swarm else {})
+    swarm = {"swarm": "swarm_env"} if problem.swarm and hasattr(import_module(module), "swarm_env") else {}
+    offers = {"parallel": "parallel_env", "aec": "env", **swarm}
     return ids | {form: f"{module}.{function}" for form, function in offers.items()}
 
 
@@ -54,11 +57,11 @@ def policies(problem: Problem, role: Role) -> list[PolicyEntry]:
 def _describe(name: str, entry: EntryPoint) -> PolicyEntry:
     """A policy as its docstring describes it; of one that cannot be imported, why."""
     try:
-        target = entry.load()
-    except ModuleNotFoundError as error:
-        return PolicyEntry(name, "", (), missing=error.name or str(error))
-    except Exception as error:  # whatever a package of somebody else does
-        return PolicyEntry(name, f"cannot be imported: {error}", ())
+        target = load(entry)
+    except MissingExtraError as error:
+        return PolicyEntry(name, "", (), missing=error.name or "")
+    except UnknownNameError as error:
+        return PolicyEntry(name, str(error), ())
     return PolicyEntry(name, summary_of(target), tuple(sorted(_privileges(target))))
 
 

@@ -132,16 +132,6 @@ OPTIONS = {  # old option -> what to type now
     "--period": "--preset mitigated, or --defender heuristic with options",
     "--policy": "--attacker or --defender",
 }
-EXTRAS = {  # package -> the extra that installs it
-    "cps_paper": "paper",
-    **dict.fromkeys(("scipy", "highspy", "cma", "matplotlib"), "baselines"),
-    **dict.fromkeys(("stable_baselines3", "sb3_contrib"), "sb3"),
-    "torch": "train",
-    "pymoo": "genetic",
-    "minari": "data",
-    "optuna": "tune",
-    "pygame": "render",
-}
 
 
 class Deferred(TyperCommand):
@@ -161,11 +151,11 @@ class Deferred(TyperCommand):
         try:
             found = getattr(import_module(module), attribute)
         except ModuleNotFoundError as error:
+            from cps_envs.core.errors import EXTRAS, MissingExtraError
+
             package = (error.name or "").partition(".")[0]
             if package not in EXTRAS:
                 raise
-            from cps_envs.core.errors import MissingExtraError
-
             raise MissingExtraError(
                 f"`cps-envs {self.name}` needs the package {package!r}. Install it with: "
                 f'pip install "cps-envs[{EXTRAS[package]}]"'

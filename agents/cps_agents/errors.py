@@ -12,10 +12,11 @@ class CommandError(Exception):
 
 def explain(error: Exception) -> str | None:
     """The message for an error that the user can put right, or None for one that is the program's own fault."""
-    from cps_envs.core.errors import MissingExtraError, UnknownNameError
+    from cps_envs.core.errors import MissingExtraError, PolicyError, UnknownNameError
 
     if isinstance(error, (CommandError, ValueError, UnknownNameError, MissingExtraError, OSError)):
-        return str(error) or repr(error)
+        where = " (--debug shows where)" if isinstance(error, PolicyError) else ""
+        return (str(error) or repr(error)) + where
     return None
 
 

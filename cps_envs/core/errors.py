@@ -7,6 +7,17 @@ import importlib
 from collections.abc import Iterable
 from types import ModuleType
 
+EXTRAS = {  # package -> the extra of ours that installs it
+    "cps_paper": "paper",
+    **dict.fromkeys(("scipy", "highspy", "cma", "matplotlib"), "baselines"),
+    **dict.fromkeys(("stable_baselines3", "sb3_contrib"), "sb3"),
+    "torch": "train",
+    "pymoo": "genetic",
+    "minari": "data",
+    "optuna": "tune",
+    "pygame": "render",
+}
+
 
 class ConfigurationError(ValueError):
     """A configuration value that the problem cannot be built with."""
@@ -31,6 +42,10 @@ class MissingExtraError(ImportError):
     """An optional package that the requested feature needs is not installed."""
 
 
+class PolicyError(ValueError):
+    """A policy's own code failed while it played."""
+
+
 def shown(value: object, most: int = 200) -> str:
     """A value as Python would write it, cut off where it is long; also one that is nested too deeply to be written."""
     try:
@@ -47,11 +62,6 @@ def near(name: str, known: Iterable[str]) -> str:
     if close:
         return f"Did you mean {' or '.join(repr(match) for match in close)}?"
     return f"Known: {', '.join(choices)}." if choices else "There is nothing to choose from."
-
-
-def extra_of(package: str) -> str:
-    """The extra of this package that installs what an analytic policy needs."""
-    return "genetic" if package == "pymoo" else "baselines"
 
 
 def require(module: str, *, extra: str, purpose: str) -> ModuleType:

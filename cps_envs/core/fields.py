@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.errors import near
+from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.kernels import borrowed, inlined, kernel, with_attributes
 from cps_envs.core.types import Array, FloatArray, Observation
 
@@ -100,11 +100,11 @@ class Fields(Sequence[Field]):
         """The physical values (..., *field.shape) of one field from encoded observations (..., size).
 
         Raises:
-            KeyError: there is no such field; the message names the near ones.
+            UnknownNameError: there is no such field; the message names the near ones.
             ValueError: the last axis has another size than these fields.
         """
         if name not in self._parts:
-            raise KeyError(f"there is no field {name!r}. {near(name, self._parts)}")
+            raise UnknownNameError(f"there is no field {name!r}. {near(name, self._parts)}")
         self._check(observation)
         part, middle, half, shape = self._parts[name]
         values: FloatArray = observation[..., part] * half
@@ -116,7 +116,7 @@ class Fields(Sequence[Field]):
             raise ValueError(f"an observation of {self.size} entries was expected, got shape {observation.shape}")
 
     def table(self) -> str:
-        """A Markdown table in Gymnasium's manner: Num, Name, Min, Max, Unit, and what each field means."""
+        """A Markdown table in Gymnasium's manner: Num, Name with its shape, Min, Max, Unit, what each field means."""
         rows = ["| Num | Name | Min | Max | Unit | Meaning |", "|---|---|---|---|---|---|"]
         for field in self:
             if field.size == 0:
@@ -124,7 +124,8 @@ class Fields(Sequence[Field]):
             part = self.slices[field.name]
             num = f"{part.start}" if field.size == 1 else f"{part.start}-{part.stop - 1}"
             bounds = f"{field.low:g} | {field.high:g}"
-            rows.append(f"| {num} | `{field.name}` | {bounds} | {field.unit} | {field.description} |")
+            shape = f"[{', '.join(map(str, field.shape))}]" if len(field.shape) > 1 else ""
+            rows.append(f"| {num} | `{field.name}{shape}` | {bounds} | {field.unit} | {field.description} |")
         return "\n".join(rows)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -15,7 +16,7 @@ from urllib.parse import parse_qsl
 from gymnasium import spaces
 
 from cps_envs.core.documents import typed
-from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, extra_of, near, shown
+from cps_envs.core.errors import EXTRAS, ConfigurationError, MissingExtraError, UnknownNameError, near, shown
 from cps_envs.core.policy import Policy, RoleSpec, is_decentralised
 from cps_envs.core.policy_options import check_policy_options
 from cps_envs.core.trust import require_trust
@@ -55,6 +56,37 @@ def policy_entry(problem: str, role: Role, name: str) -> EntryPoint | None:
     return _registered().get(full)
 
 
+def load(entry: EntryPoint) -> Any:
+    """What an entry point names.
+
+    Raises:
+        MissingExtraError: a package that it needs, and that an extra brings, is not installed.
+        UnknownNameError: it names what is not there, or its module cannot be imported.
+    """
+    try:
+        return entry.load()
+    except Exception as error:  # whatever a package of somebody else does
+        missing = error.name if isinstance(error, ModuleNotFoundError) else None
+        if missing in EXTRAS:
+            text = f"the policy {entry.name!r} needs the package {missing!r}, which is not installed. "
+            remedy = f'Install it with: pip install "cps-envs[{EXTRAS[missing]}]"'
+            raise MissingExtraError(text + remedy, name=missing) from error
+        fault = _fault(entry, error, missing)
+        raise UnknownNameError(f"the entry point {entry.name} names {entry.value}, but {fault}") from error
+
+
+def _fault(entry: EntryPoint, error: Exception, missing: str | None) -> str:
+    """What is wrong with an entry point, and what to do about it."""
+    remedy = "Correct its line in pyproject.toml and install its package again (ours: make setup)"
+    if f"{entry.module}.".startswith(f"{missing}."):
+        return f"there is no module {missing!r}. {remedy}"
+    module = sys.modules.get(entry.module)
+    if module is None:
+        return f"the module cannot be imported: {type(error).__name__}: {error}"
+    known = [name for name, each in vars(module).items() if getattr(each, "__module__", "") == entry.module]
+    return f"the module has no {entry.attr!r}. {near(entry.attr, known)} {remedy}"
+
+
 @contextmanager
 def within_budget(what: str) -> Iterator[None]:
     """While the policies that a text of unknown origin names are looked up: so many at most, and no such text inside.
@@ -91,12 +123,12 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
     A string can end in options, like a query: `"plan?events=[[10,1]]"`. Values are read as JSON where possible.
 
     Raises:
-        UnknownNameError: no such name, module or attribute.
+        UnknownNameError: no such name, module or attribute, or an entry point that names none.
         UntrustedCodeError: `module:attribute` without the user's consent.
         MissingExtraError: the policy needs a package that is not installed.
-        TypeError: what was found is no policy, or does not take the options.
-        ConfigurationError: the policy is for another role or problem, or has other spaces; or the options are malformed
-            or do not fit it.
+        TypeError: what was found is no policy, or is built already and takes no options.
+        ConfigurationError: the policy is for another role or problem, or has other spaces; or it has no such options,
+            or they are malformed or do not fit it.
     """
     _count()
     if not isinstance(reference, str):
@@ -106,7 +138,7 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
     target = _load(name, spec)
     if not isinstance(target, type) and hasattr(target, "predict"):
         return _checked(target, reference, spec, options)
-    check_policy_options(target, options)
+    check_policy_options(target, options, _short(name))
     try:
         built = target(spec, **options)
     except TypeError as error:
@@ -134,20 +166,15 @@ def _options(query: str) -> dict[str, Any]:
 def _load(name: str, spec: RoleSpec) -> Any:
     entry = policy_entry(spec.problem, spec.role, name.removeprefix(f"{spec.problem}.{spec.role}."))
     if entry is not None:
-        try:
-            return entry.load()
-        except ModuleNotFoundError as error:
-            raise MissingExtraError(
-                f"the policy {name!r} needs the package {error.name!r}, which is not installed. "
-                f'Install it with: pip install "cps-envs[{extra_of(error.name or "")}]"'
-            ) from error
+        return load(entry)
     module, colon, attribute = name.partition(":")
     if colon and module in _registered(SOURCES):
-        return partial(_registered(SOURCES)[module].load(), attribute)
+        return partial(load(_registered(SOURCES)[module]), attribute)
     if not colon:
         known = policy_names(spec.problem, spec.role)
         raise UnknownNameError(
-            f"{spec.problem} has no {spec.role} policy {name!r}. {_owner(name, spec)}{near(name, known)}"
+            f"{spec.problem} has no {spec.role} policy {name!r}. {_owner(name, spec)}{near(name, known)} "
+            "If it is new, install its package again."
         )
     require_trust(name)
     general = name in BUILT_IN.values()

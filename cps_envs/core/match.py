@@ -10,9 +10,20 @@ import numpy as np
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_due
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, PolicyError
 from cps_envs.core.game import Game
 from cps_envs.core.generators import children
-from cps_envs.core.policy import Generators, Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
+from cps_envs.core.policy import (
+    AnalyticPolicy,
+    Generators,
+    Idle,
+    Policy,
+    State,
+    begins,
+    is_decentralised,
+    repeat,
+    takes_masks,
+)
 from cps_envs.core.policy_state import put, take
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 
@@ -140,11 +151,21 @@ class Match:
     ) -> tuple[Array, State | None]:
         """A player's checked actions in the environments `rows` that are due, None for all, and its new state."""
         player = self.players[role]
-        actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, rows))
+        extras = self._extras(role, rows)
         try:
-            return self._readers[role].batch(actions, len(observation)), state
+            answer: Any = player.predict(observation, state, start, self._deterministic, **extras)
+        except (ConfigurationError, MissingExtraError, PolicyError):  # which say what to do
+            raise
+        except Exception as error:
+            reason = f"{type(error).__name__}: {error}"
+            raise PolicyError(f"{_named(role, player)} failed in {_method(player)}: {reason}") from error
+        if not (isinstance(answer, tuple) and len(answer) == 2):
+            kind = type(answer).__name__
+            raise ValueError(f"{_named(role, player)}: {_method(player)} returns (actions, state), not one {kind}")
+        try:
+            return self._readers[role].batch(answer[0], len(observation)), answer[1]
         except ValueError as error:
-            raise ValueError(f"the {role}'s policy {type(player).__name__} gave impossible actions: {error}") from error
+            raise ValueError(f"{_named(role, player)} gave impossible actions: {error}") from error
 
     def _extras(self, role: Role, rows: IntArray | None) -> dict[str, Array]:
         """What a player wants to know beside its observation, in the environments `rows`, or all."""
@@ -164,3 +185,12 @@ class Match:
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
         }
         return {name: offers[name]() for name in wanted}
+
+
+def _named(role: Role, player: Policy) -> str:
+    return f"the {role}'s policy {type(player).__name__}"
+
+
+def _method(player: Policy) -> str:
+    """Where its author has written what it plays."""
+    return "act" if isinstance(player, AnalyticPolicy) else "predict"

@@ -48,11 +48,11 @@ class RoleSpec:
             ConfigurationError: the adapter does not fit the configuration.
         """
         from cps_envs.core.adapter import Native, advised_by
-        from cps_envs.core.lookup import policy_entry
+        from cps_envs.core.lookup import load, policy_entry
 
         known = {NATIVE: Native, **self.adapters}
         entry = None if name in known else policy_entry(self.problem, self.role, name)
-        found = known.get(name) if entry is None else advised_by(entry.load())
+        found = known.get(name) if entry is None else advised_by(load(entry))
         if found is None:
             raise UnknownNameError(
                 f"the {self.role} of {self.problem} has no adapter {shown(name)}. {near(name, known)}"

@@ -9,7 +9,7 @@ from numbers import Integral, Real
 from types import NoneType
 from typing import Any
 
-from cps_envs.core.errors import ConfigurationError, shown
+from cps_envs.core.errors import ConfigurationError, near, shown
 
 KINDS: Mapping[str, tuple[type, str]] = {  # by annotation
     "int": (Integral, "a whole number"),
@@ -19,15 +19,19 @@ KINDS: Mapping[str, tuple[type, str]] = {  # by annotation
 }
 
 
-def check_policy_options(target: Callable[..., Any], options: Mapping[str, Any]) -> None:
-    """That options are what the annotations of `target`, which builds a policy, say: numbers, words or objects.
+def check_policy_options(target: Callable[..., Any], options: Mapping[str, Any], name: str) -> None:
+    """That options are those of `target`, which builds a policy of this name, and what its annotations say.
 
-    What annotations of other kinds mean is the policy's own business.
+    These are numbers, words or objects. What annotations of other kinds mean is the policy's own business.
 
     Raises:
-        ConfigurationError: an option is of another kind.
+        ConfigurationError: there is no such option, or it is of another kind.
     """
     parameters = inspect.signature(target).parameters if options else {}
+    if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+        own = list(parameters)[1:]  # behind the role's specification
+        for unknown in (each for each in options if each not in own):
+            raise ConfigurationError(f"the policy {name!r} has no option {unknown!r}. {near(unknown, own)}")
     for name in options.keys() & parameters.keys():
         kinds = [_kind(word, target) for word in _words(parameters[name].annotation)]
         known = [each for each in kinds if each is not None]

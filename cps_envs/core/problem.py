@@ -14,7 +14,7 @@ from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.policy import Policy
 from cps_envs.core.training import Training
 from cps_envs.core.trust import vouched
-from cps_envs.core.types import Role
+from cps_envs.core.types import ROLES, Role
 
 if TYPE_CHECKING:  # a declaration has to be cheap to import: what it names brings the compiler of kernels along
     from cps_envs.core.fields import Fields
@@ -72,6 +72,12 @@ class Problem:
     unit: str = ""  # of what the attacker is paid, such as "m/s"
     work: Work | None = None  # what `cps-envs bench` counts beside steps
     training: Mapping[Role, Training] = field(default_factory=dict)  # of preset `learning`
+
+    def __post_init__(self) -> None:
+        for preset in self.presets:
+            for role in ROLES:
+                if role not in self.opponents.get(preset, ()):
+                    raise ConfigurationError(f"opponents of {self.name} names no {role} of the preset {preset!r}")
 
     @property
     def usual_preset(self) -> str:

@@ -100,11 +100,15 @@ def test_a_policy_is_listed_with_its_first_sentence_and_what_it_is_told(
     assert listed(STRANGE, attribute) == PolicyEntry("mine", summary, ("model", "opponent"))
 
 
+FAULT = "the entry point hvac.attacker.mine names strange:make, but the module"
+
+
 @pytest.mark.parametrize(
     ("source", "summary", "missing"),
     [
-        ("import nowhere_to_be_found", "", "nowhere_to_be_found"),
-        ("table = 1 / 0", "cannot be imported: division by zero", ""),
+        ("raise ModuleNotFoundError(name='scipy')", "", "scipy"),
+        ("import nowhere", f"{FAULT} cannot be imported: ModuleNotFoundError: No module named 'nowhere'", ""),
+        ("table = 1 / 0", f"{FAULT} cannot be imported: ZeroDivisionError: division by zero", ""),
     ],
 )
 def test_a_policy_that_cannot_be_imported_says_why(

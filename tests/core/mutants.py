@@ -97,6 +97,7 @@ wrong(
     part="swarm_class",
     role="defender",
 )
+wrong("metrics", lambda game, real: {name: values.sum() for name, values in real().items()}, "declaration")
 wrong(  # all environments, whatever the mask says
     "_reset_mask",
     lambda env, real, options: (real(options), np.ones(env.num_envs, np.bool_))[1],

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -18,11 +21,12 @@ from cps_envs.core.conformance import (
     refine,
     run_check,
 )
+from cps_envs.core.game import Game
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import ROLES
 from tests.core.mutants import of
 from tests.core.mutants_travel import MUTANTS
-from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyDefenseEnv
+from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyDefenseEnv, ToyGame
 
 SLOW = ("check_subprocess", "check_stable_baselines3")
 QUICK = [check for check in CHECKS if check.__name__ not in SLOW]
@@ -90,6 +94,39 @@ def test_a_problem_without_a_viewer_conforms_undrawn() -> None:
 def test_a_failure_names_check_subject_and_place() -> None:
     with pytest.raises(AssertionError, match=r"check_live_observations of .*'learning'.*attacker's.*time_s\[0\]"):
         run_check(conformance.check_live_observations, MUTANTS["check_live_observations"][0]())
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "fault"),
+    [
+        ("name", "tanks", "Wrong.name is 'tanks', but its Problem's is 'toy'"),
+        ("decision_interval", dict.fromkeys(ROLES, 0), "decision_interval['attacker'] of Wrong is 0: it has to be at"),
+        ("neutral_action", {role: [0.0] for role in ROLES}, "neutral_action['attacker'] of Wrong has shape (1,), its"),
+        ("metrics", lambda: {"fee": 0.0}, "metrics()['fee'] of Wrong has shape (): with B environments it is (B,)"),
+        ("observe", lambda role: 1 / 0, "ZeroDivisionError: division by zero"),
+        ("team", None, "ConfigurationError: the adapter 'axis' has 2 agents, but "),
+    ],
+)
+def test_a_beginner_s_mistake_is_named(attribute: str, value: Any, fault: str) -> None:
+    class Wrong(ToyGame):
+        def __init__(self, config: Any, num_envs: int) -> None:
+            super().__init__(config, num_envs)
+            setattr(self, attribute, partial(Game.team, self) if attribute == "team" else value)
+
+    check = conformance.check_batch if attribute == "observe" else conformance.check_declaration
+    with pytest.raises(AssertionError, match=re.escape(f"{check.__name__} of Single, preset='learning': {fault}")):
+        run_check(check, of("defender", game=Wrong))
+
+
+def test_ids_that_nobody_registers_are_named() -> None:
+    with pytest.raises(AssertionError, match=r"toys/ToyAttack-v7 is not registered: its module has to run register"):
+        check_problem(replace(TOY, version=7))
+
+
+def test_outcomes_are_counted_by_their_reasons() -> None:
+    assert str(check_problem(TOY, presets=["paper"], checks=[conformance.check_swarm])) == (
+        "1 passed\n1 skipped: no swarm form: the attacker of 'toy' has no decentralised form"
+    )
 
 
 def test_variants_bring_entries_to_life() -> None:

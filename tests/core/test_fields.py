@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.fields import Field, Fields
 
 numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
@@ -113,5 +114,5 @@ def test_one_field_keeps_its_shape_and_an_unknown_one_is_named() -> None:
     layout = Fields(Field("speed", "m/s", 0.0, 10.0), Field("gaps", "m", 0.0, 100.0, (2, 2)))
     gaps = layout.decode_field("gaps", np.zeros((3, layout.size), np.float32))
     np.testing.assert_array_equal(gaps, np.full((3, 2, 2), 50.0))
-    with pytest.raises(KeyError, match="Did you mean 'gaps'"):
+    with pytest.raises(UnknownNameError, match="Did you mean 'gaps'"):
         layout.decode_field("gap", np.zeros((3, layout.size), np.float32))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,7 @@ from tests.core.toy_policies import Chase
 ENTRIES = {
     "toy.defender.chase": "tests.core.toy_policies:Chase",
     "toy.defender.guess": f"{__name__}:Guess",
-    "toy.defender.needs": "no_such_package.policies:Policy",
+    "toy.defender.needs": "scipy:Policy",
     "toy.attacker.chase": "cps_envs.core.policy:Idle",
 }
 
@@ -53,10 +55,16 @@ READY = Guess(ToyGame(ToyConfig(), 1).spec("defender"))
 NUMBER = 3
 
 
+def enter(monkeypatch: pytest.MonkeyPatch, mine: str | None = None) -> None:
+    """The entry points of ENTRIES, and perhaps one more called "mine"."""
+    named = ENTRIES if mine is None else ENTRIES | {"toy.defender.mine": mine}
+    found = {name: EntryPoint(name, value, lookup.GROUP) for name, value in named.items()}
+    monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: found if group == lookup.GROUP else {})
+
+
 @pytest.fixture(autouse=True)
 def _entries(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = {name: EntryPoint(name, value, lookup.GROUP) for name, value in ENTRIES.items()}
-    monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: found if group == lookup.GROUP else {})
+    enter(monkeypatch)
 
 
 @pytest.fixture
@@ -79,6 +87,8 @@ def test_name_full_name_and_module(reference: str, spec: RoleSpec) -> None:
 @pytest.mark.parametrize(
     ("query", "wanted"),
     [
+        ("counts=1", "has no option 'counts'. Did you mean 'count'?"),
+        ("depth=1", "has no option 'depth'. Known: count, other, rival, share, word"),
         ("count=0.5", "count = 0.5 must be a whole number"),
         ("count=null", "count = None must be a whole number"),
         ("share='null'", r"share = .*null.* must be a number"),
@@ -151,8 +161,7 @@ def test_whose_policy_it_is_is_told(
 ) -> None:
     monkeypatch.setitem(ENTRIES, "toy.attacker.lurk", "tests.core.toy_policies:Approach")
     monkeypatch.setitem(ENTRIES, "mine.defender.dig", "tests.core.toy_policies:Wander")
-    found = {name: EntryPoint(name, value, lookup.GROUP) for name, value in ENTRIES.items()}
-    monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: found if group == lookup.GROUP else {})
+    enter(monkeypatch)
     with pytest.raises(UnknownNameError) as refused:
         resolve_policy(reference, spec)
     assert message in str(refused.value)
@@ -187,9 +196,38 @@ def test_nothing_to_import(reference: str, spec: RoleSpec) -> None:
         resolve_policy(reference, spec)
 
 
-def test_missing_package_names_the_command(spec: RoleSpec) -> None:
-    with pytest.raises(MissingExtraError, match=r"'no_such_package'.*pip install \"cps-envs\[baselines\]\""):
-        resolve_policy("needs", spec)
+@pytest.mark.parametrize(("package", "extra"), [("scipy", "baselines"), ("pymoo", "genetic")])
+def test_missing_package_names_the_command(
+    package: str, extra: str, spec: RoleSpec, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    enter(monkeypatch, f"{package}:Policy")
+    with pytest.raises(MissingExtraError, match=rf"'{package}'.*pip install \"cps-envs\[{extra}\]\"") as missing:
+        resolve_policy("mine", spec)
+    assert missing.value.name == package
+
+
+REMEDY = "Correct its line in pyproject.toml and install its package again"
+
+
+@pytest.mark.parametrize(
+    ("value", "fault"),
+    [
+        ("no_such_package.policies:Policy", f"there is no module 'no_such_package'. {REMEDY}"),
+        ("tests.core.toy_policys:Chase", f"there is no module 'tests.core.toy_policys'. {REMEDY}"),
+        ("tests.core.toy_policies:Chaze", f"the module has no 'Chaze'. Did you mean 'Chase'? {REMEDY}"),
+        ("typo:Policy", "the module cannot be imported: ModuleNotFoundError: No module named 'numpyy'"),
+    ],
+)
+def test_a_wrong_entry_point_is_named(
+    value: str, fault: str, spec: RoleSpec, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "typo.py").write_text("import numpyy")
+    monkeypatch.syspath_prepend(tmp_path)
+    enter(monkeypatch, value)
+    with pytest.raises(UnknownNameError) as refused:
+        resolve_policy("mine", spec)
+    assert str(refused.value).startswith(f"the entry point toy.defender.mine names {value}, but {fault}")
 
 
 @pytest.mark.parametrize(
@@ -197,7 +235,6 @@ def test_missing_package_names_the_command(spec: RoleSpec) -> None:
     [
         (3, "is not a policy: it has no method predict"),
         (f"{__name__}:NUMBER", "could not be built"),
-        ("guess?depth=1", "unexpected keyword argument 'depth'"),
         (f"{__name__}:READY?level=1", "built already"),
         ("builtins:print", "is not a policy"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from gymnasium.utils import seeding
 
 from cps_envs.core.match import Match
-from cps_envs.core.policy import Idle, State
+from cps_envs.core.policy import AnalyticPolicy, Idle, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray
 from tests.core.toy import ToyConfig, ToyGame
@@ -121,6 +122,34 @@ def test_impossible_actions_of_a_policy_name_it(role: Any, action: Any, dtype: A
     match.reset(ALL, generators())
     with pytest.raises(ValueError, match=f"the {role}'s policy Witness gave impossible actions"):
         match.step({}, ALL, 1)
+
+
+class Author(AnalyticPolicy):
+    """Its `act` is what a test hands over."""
+
+    def __init__(self, spec: RoleSpec, act: Any) -> None:
+        super().__init__(spec)
+        self.play = act
+
+    def act(self, seen: Seen, state: State) -> Any:
+        return self.play(seen, state)
+
+
+@pytest.mark.parametrize(
+    ("act", "fault"),
+    [
+        (lambda seen, state: np.zeros((len(seen), 2)), ": act returns (actions, state), not one ndarray"),
+        (lambda seen, state: (seen["own"].mean(axis=7), state), " failed in act: AxisError: axis 7 is out of bounds"),
+        (lambda seen, state: (seen["owm"], state), " failed in act: UnknownNameError: there is no field 'owm'. Did"),
+    ],
+)
+@pytest.mark.parametrize("num_envs", [1, 2, 3])
+def test_an_error_in_act_names_the_policy(act: Any, fault: str, num_envs: int) -> None:
+    played = game(num_envs)
+    match = Match(played, {"defender": Author(played.spec("defender"), act)})
+    match.reset(ALL[:num_envs], generators(num_envs))
+    with pytest.raises(ValueError, match=re.escape(f"the defender's policy Author{fault}")):
+        match.step({}, ALL[:num_envs], 1)
 
 
 def test_a_policy_draws_its_actions_unless_the_match_is_deterministic() -> None:

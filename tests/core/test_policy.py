@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.mixture import Mixture
 from cps_envs.core.policy import AnalyticPolicy, State, ask, takes_masks
 from cps_envs.core.seen import Seen
@@ -53,7 +54,7 @@ def test_fields_are_decoded_as_they_are_asked_for() -> None:
         np.testing.assert_array_equal(seen[name], values)
         assert seen[name] is seen[name]
     assert "nothing" not in seen
-    with pytest.raises(KeyError, match=r"no field 'rivl'\. Did you mean 'rival'"):
+    with pytest.raises(UnknownNameError, match=r"no field 'rivl'\. Did you mean 'rival'"):
         seen["rivl"]
 
 

@@ -106,7 +106,7 @@ def find(name: str, spec: RoleSpec) -> Idle:
 
 def test_what_a_problem_declares_needs_no_consent_and_nothing_else_passes_with_it() -> None:
     mixed = f'mixture?policies=["{CODE}"]'
-    problem = replace(TOY, opponents={"paper": {"attacker": "none", "defender": mixed}})
+    problem = replace(TOY, opponents={**TOY.opponents, "paper": {"attacker": "none", "defender": mixed}})
     game = ToyGame(ToyConfig(), 1)
     policy: Any = problem.policy(mixed, game, "defender")
     assert isinstance(policy.policies[0], Chase)

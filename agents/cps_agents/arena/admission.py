@@ -31,6 +31,11 @@ class Admission:
     privileged: tuple[str, ...] = ()
 
     @property
+    def plays(self) -> bool:
+        """Whether it can play and knows no more than it observes."""
+        return not (self.refusal or self.privileged)
+
+    @property
     def oracle(self) -> str:
         """Why it does not play unless it is asked for; empty if it does."""
         known = " and its ".join(self.privileged)
@@ -124,5 +129,4 @@ def check_known(role: Role, reference: str, admission: Admission) -> None:
 
 def able(venue: Venue, role: Role, references: Sequence[str]) -> tuple[Contestant, ...]:
     """The contestants that can play a role and know no more than they observe."""
-    found = [(each, admit(venue, role, each)) for each in contestants(venue, references)]
-    return tuple(each for each, admission in found if not (admission.refusal or admission.privileged))
+    return tuple(each for each in contestants(venue, references) if admit(venue, role, each).plays)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from cps_agents.arena.admission import ALL, able, short_name, usual
+from cps_agents.arena.admission import ALL, admit, contestants, short_name, usual
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Table
@@ -85,8 +85,11 @@ def evaluate(
     venue = Venue(problem, preset, values)
     if first_seed + episodes > MOST:
         raise CommandError(f"seeds up to {first_seed + episodes - 1} are asked for: evaluations end at {MOST - 1:,}")
-    sides = {known: _named(policy), other(known): _named(opponents)}
-    bars = _named(_baselines(venue, known, baseline or []))
+    sides = {
+        known: _contestants(venue, known, policy),
+        other(known): _contestants(venue, other(known), opponents),
+    }
+    bars = _contestants(venue, known, baseline or [])
     table = Table(
         venue, sides["attacker"], sides["defender"], episodes, metric, per, first_seed, judged=known, bars=bars
     )
@@ -102,14 +105,20 @@ def evaluate(
         _print(table, known, [each for each in standings if each.opponent == rival.name])
 
 
-def _named(references: Sequence[str]) -> list[Contestant]:
+def _contestants(venue: Venue, role: Role, names: Sequence[str]) -> list[Contestant]:
+    """Those named, with `all` in full."""
+    every = _everybody(venue, role) if ALL in names else []
+    references = [each for name in names for each in (every if name == ALL else [name])]
     return [Contestant(reference) for reference in dict.fromkeys(references)]
 
 
-def _baselines(venue: Venue, role: Role, names: Sequence[str]) -> list[str]:
-    """The names, with `all` in full."""
-    every = [each.reference for each in able(venue, role, usual(venue, role))] if ALL in names else []
-    return [each for name in names for each in (every if name == ALL else [name])]
+def _everybody(venue: Venue, role: Role) -> list[str]:
+    """The usual policies that can play; which of them cannot be found is told."""
+    found = [(each.reference, admit(venue, role, each)) for each in contestants(venue, usual(venue, role))]
+    for reference, admission in found:
+        if admission.unknown:
+            err().print(f"Left out: {role} {reference}: {admission.refusal}", markup=False, soft_wrap=True)
+    return [reference for reference, admission in found if admission.plays]
 
 
 def _with_certificates(table: Table, path: Path) -> tuple[Table, Known]:
@@ -158,7 +167,6 @@ def _print(table: Table, role: Role, standings: list[Standing]) -> None:
         ]
         for each in standings
     ]
-    measured = f"{table.metric} / {table.per}" if table.per else table.metric
     cautions = {name: text for each in standings for name, text in each.cautions.items()}
     columns = (
         "policy",
@@ -169,7 +177,7 @@ def _print(table: Table, role: Role, standings: list[Standing]) -> None:
         "IQM",
         *(f"minus {name}{MARK if name in cautions else ''}" for name in bars),
     )
-    out().print(Sheet(f"{role} against {short_name(opponent)}: {measured}", columns, rows))
+    out().print(Sheet(f"{role} against {short_name(opponent)}: {table.measured}", columns, rows))
     for name, text in cautions.items():
         out().print(f"{MARK} {name}: {text}.", markup=False, soft_wrap=True)
     if any(each.hides_its_worst for each in standings):

@@ -12,9 +12,11 @@ from cps_agents.commands.options import AsJson
 from cps_agents.console import out, print_json
 from cps_agents.sheet import Cell, Sheet, styled
 from cps_envs import PROBLEMS, find_problem
-from cps_envs.core.errors import extra_of
+from cps_envs.core.errors import EXTRAS
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
+
+TOLD = "Told: knows more than it observes. "
 
 
 def show(
@@ -30,9 +32,11 @@ def show(
     if as_json:
         print_json([describe_problem(each) for each in (map(find_problem, names) if names else PROBLEMS.values())])
     elif names:
-        for name in names:
-            _show_problem(describe_problem(find_problem(name)))
-        out().print("Told: knows more than it observes. With --trust a policy can also be named as module:attribute.")
+        found = [describe_problem(find_problem(name)) for name in names]
+        for each in found:
+            _show_problem(each)
+        told = any(policy["privileged"] for each in found for role in ROLES for policy in each["policies"][role])
+        out().print(f"{TOLD * told}With --trust a policy can also be named as module:attribute.")
     else:
         rows = [
             (each.name, each.summary, *(str(len(policy_names(each.name, role))) for role in ROLES))
@@ -60,7 +64,7 @@ def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
 
 def _remark(policy: Mapping[str, Any]) -> Cell:
     if policy["missing"]:
-        extra = extra_of(policy["missing"])
+        extra = EXTRAS[policy["missing"]]
         return styled(f'needs {policy["missing"]}: pip install "cps-envs[{extra}]"', "yellow")
     if policy["privileged"]:
         return styled(f"(told: {', '.join(policy['privileged'])})", "magenta", f"{policy['summary']} ")

@@ -8,7 +8,7 @@ from typing import Any
 
 from cps_agents.zoo.card import Card
 from cps_envs.core.adapter import advised_by
-from cps_envs.core.lookup import policy_entry
+from cps_envs.core.lookup import load, policy_entry
 from cps_envs.core.types import ROLES
 
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"
@@ -73,7 +73,7 @@ def _began(card: Card) -> list[str]:
     """A sentence that learning began as a controller plays, if it did."""
     name, role = str(card.wiring.get("adapter", "")), next(role for role in ROLES if role == card.role)
     entry = policy_entry(card.problem, role, name) if name else None
-    if entry is None or advised_by(entry.load()) is None:
+    if entry is None or advised_by(load(entry)) is None:
         return []
     told = (
         f"It plays through the adapter `{name}`: its neutral action is what the controller `{name}` does, and learning "

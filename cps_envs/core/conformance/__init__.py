@@ -1,8 +1,7 @@
 """Public checks that any environment built on the core can be put through, ours or a user's.
 
     from cps_envs.core.conformance import check_environment
-    for outcome in check_environment("my_package:me/TanksAttack-v0", preset="paper", duration_s=10.0):
-        print(outcome)
+    print(check_environment("my_package:me/TanksAttack-v0", preset="paper", duration_s=10.0))
 
 Each `check_*` function in `CHECKS` takes a `Subject` and raises AssertionError with a sentence about what is wrong.
 `check_refinement` is about policies: it tells whether what they achieve depends on the integration step.
@@ -12,6 +11,7 @@ from cps_envs.core.conformance.aliasing import check_actions_untouched, check_al
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
 from cps_envs.core.conformance.blocks import check_frame_skip, check_threads
 from cps_envs.core.conformance.configurations import check_configurations
+from cps_envs.core.conformance.declaration import check_declaration
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
@@ -27,6 +27,7 @@ from cps_envs.core.conformance.suite import (
     CHECKS,
     Check,
     Outcome,
+    Outcomes,
     check_environment,
     check_problem,
     run_check,
@@ -38,6 +39,7 @@ __all__ = [
     "Check",
     "NotApplicableError",
     "Outcome",
+    "Outcomes",
     "Refinement",
     "Scripted",
     "Subject",
@@ -48,6 +50,7 @@ __all__ = [
     "check_bad_actions",
     "check_batch",
     "check_configurations",
+    "check_declaration",
     "check_determinism",
     "check_endings",
     "check_environment",

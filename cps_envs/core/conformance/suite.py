@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
+
+import gymnasium
 
 from cps_envs.core.conformance.aliasing import check_actions_untouched, check_aliasing
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
 from cps_envs.core.conformance.blocks import check_frame_skip, check_threads
 from cps_envs.core.conformance.configurations import check_configurations
+from cps_envs.core.conformance.declaration import check_declaration
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
@@ -28,6 +32,7 @@ from cps_envs.core.types import ROLES, Role
 Check = Callable[[Subject], None]
 
 CHECKS: tuple[Check, ...] = (
+    check_declaration,
     check_gymnasium,
     check_pettingzoo,
     check_stable_baselines3,
@@ -80,6 +85,15 @@ class Outcome:
         return f"{self.status:8}{self.seconds:6.2f} s  {self.check}: {self.subject}{reason}"
 
 
+class Outcomes(list[Outcome]):
+    """What became of several checks; as text, how many passed, and how many were skipped for which reason."""
+
+    def __str__(self) -> str:
+        reasons = Counter(each.reason for each in self if each.status == "skipped")
+        passed = f"{len(self) - reasons.total()} passed"
+        return "\n".join([passed, *(f"{count} skipped: {reason}" for reason, count in reasons.most_common())])
+
+
 def run_check(check: Check, subject: Subject) -> Outcome:
     """Put a subject through one check.
 
@@ -93,6 +107,8 @@ def run_check(check: Check, subject: Subject) -> Outcome:
         return Outcome(check.__name__, str(subject), "skipped", time.perf_counter() - start, str(reason))
     except AssertionError as error:
         raise AssertionError(f"{check.__name__} of {subject}: {error}") from error
+    except Exception as error:  # of the problem's own code
+        raise AssertionError(f"{check.__name__} of {subject}: {type(error).__name__}: {error}") from error
     return Outcome(check.__name__, str(subject), "passed", time.perf_counter() - start)
 
 
@@ -102,7 +118,7 @@ def check_environment(
     variants: Sequence[Mapping[str, Any]] = (),
     checks: Sequence[Check] = CHECKS,
     **kwargs: Any,
-) -> list[Outcome]:
+) -> Outcomes:
     """Put an environment through the checks: an id such as "package:namespace/Name-v0", or a class.
 
     `kwargs` go to its constructor. `variants` are further keyword arguments, each merged over them, under which
@@ -112,7 +128,7 @@ def check_environment(
         AssertionError: at the first check that fails.
     """
     subject = find_subject(target, kwargs, variants)
-    return [run_check(check, subject) for check in checks]
+    return Outcomes(run_check(check, subject) for check in checks)
 
 
 def check_problem(
@@ -122,7 +138,7 @@ def check_problem(
     settings: Mapping[str, Any] | None = None,
     variants: Mapping[Role, Sequence[Mapping[str, Any]]] | None = None,
     checks: Sequence[Check] = CHECKS,
-) -> list[Outcome]:
+) -> Outcomes:
     """Put both roles of a problem whose ids are registered through the checks, under each preset (default: all).
 
     `settings` are further constructor arguments, for example a short duration; `variants` see `check_environment`.
@@ -130,11 +146,13 @@ def check_problem(
     Raises:
         AssertionError: at the first check that fails.
     """
-    outcomes: list[Outcome] = []
+    outcomes = Outcomes()
     for preset in problem.presets if presets is None else presets:
         for role in ROLES:
-            subject = find_subject(
-                problem.env_id(role), {"preset": preset, **(settings or {})}, (variants or {}).get(role, ())
+            name = problem.env_id(role)
+            assert name in gymnasium.registry, (
+                f"{name} is not registered: its module has to run register(PROBLEM, __name__)"
             )
+            subject = find_subject(name, {"preset": preset, **(settings or {})}, (variants or {}).get(role, ()))
             outcomes += [run_check(check, subject) for check in checks]
     return outcomes

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.adapter import Adapter
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game import Game
 from cps_envs.core.policy import State
 from cps_envs.core.seen import Seen
@@ -20,13 +21,20 @@ class Outside:
 
         Raises:
             UnknownNameError: the role has none of this name.
-            ConfigurationError: it does not fit the configuration.
+            ConfigurationError: it does not fit the configuration, or the game has no team of its agents.
         """
         self._game, self.role = game, role
         self.adapter: Adapter = game.spec(role).adapter(adapter)
         self.agents = self.adapter.agents
-        divided = len(self.agents) > 1 or self.adapter.local
-        self.team: Team | None = grouped(game.team(role), self.agents) if divided else None
+        self.team = self._team(adapter) if len(self.agents) > 1 or self.adapter.local else None
+
+    def _team(self, adapter: str) -> Team:
+        try:
+            return grouped(self._game.team(self.role), self.agents)
+        except TypeError as error:
+            whole = f"the adapter {adapter!r} has {len(self.agents)} agent{'s' * (len(self.agents) > 1)}, but {error}"
+            remedy = f"write {type(self._game).__name__}.team(role), see cps_envs.core.team"
+            raise ConfigurationError(f"{whole}: {remedy}") from error
 
     def seen(self) -> Seen:
         """What the role shows now, from which its agents' observations are made."""
