@@ -37,7 +37,8 @@ def find_problem(name: str) -> Problem:
     if name in PROBLEMS:
         return PROBLEMS[name]
     if not colon:
-        raise UnknownNameError(f"there is no problem {name!r}. {near(name, PROBLEMS)}")
+        own = "One of your own is written MODULE:PROBLEM, behind --trust"
+        raise UnknownNameError(f"there is no problem {name!r}. {near(name, PROBLEMS)} {own}")
     if not module.startswith("cps_envs."):  # importing our own modules does no harm, and nothing is called
         require_trust(name)
     try:

@@ -253,6 +253,7 @@ TANK = Problem(
     opponents={"paper": PLAYERS, "learning": PLAYERS},  # who plays the role that you do not
     viewer=f"{__name__}:Viewer",
     namespace="own_problem",
+    unit="m s",
 )
 PAGE = "{}, every second.\n\n## Observation Space\n{{observation_table}}\n\n## Arguments\n{{parameter_table}}"
 ATTACK = PAGE.format("Flood the tank. `Box(-1, 1, (1,))`: the bias of its level sensor")

@@ -41,7 +41,9 @@ def show_meeting(meeting: Meeting, film: Film | None, as_json: bool) -> None:
     if as_json:
         print_json(_document(heading, seed, outcome))
     else:
-        _print(out(), heading, seed, outcome, paid)
+        _print(out(), heading, seed, outcome)
+        unit = f", in {problem.unit}" if problem.unit else ""
+        out().print(f"The return is what the attacker is paid{unit}: {' + '.join(paid)}.")
 
 
 def _play(
@@ -72,9 +74,7 @@ def _document(heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array
     return {**heading, "config": asdict(heading["config"]), "episodes": episodes, "mean": mean}
 
 
-def _print(
-    console: Console, heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array], paid: tuple[str, ...]
-) -> None:
+def _print(console: Console, heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array]) -> None:
     console.print(
         f"[bold]{heading['problem']}[/] (preset {heading['preset']}): "
         f"attacker [bold]{heading['attacker']}[/] against defender [bold]{heading['defender']}[/]"
@@ -88,7 +88,6 @@ def _print(
             for name, values in outcome.items()
         ]
         console.print(Sheet(f"{count} episodes", ("Metric", "mean", "deviation", "min", "max"), rows))
-    console.print(f"The return is what the attacker is paid: {' + '.join(paid)}.")
 
 
 def _number(value: float) -> str:

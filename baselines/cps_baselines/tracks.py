@@ -80,5 +80,6 @@ def find_track(name: str) -> Track:
     """
     known = tracks()
     if name not in known:
-        raise UnknownNameError(f"there is no track {name!r}. {near(name, known)}")
+        own = "A problem of your own has none: judge it with evaluate or league"
+        raise UnknownNameError(f"there is no track {name!r}. {near(name, known)} {own}")
     return known[name]

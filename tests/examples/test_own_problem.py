@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from typer.testing import CliRunner
 from cps_agents.catalogue import describe_problem
 from cps_agents.cli import app
 from cps_envs import find_problem
+from cps_envs.core import lookup
 from cps_envs.core.conformance import CHECKS, Check, find_subject, run_check
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.problem import Problem
@@ -68,6 +70,8 @@ def test_the_command_line_plays_it(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert result.exit_code == 0, result.output
     assert "error_ms" in json.dumps(json.loads(result.stdout))
     assert picture.stat().st_size > 0
+    plain = CliRunner().invoke(app, ["play", "own_problem:TANK", "--set", "duration_s=20"]).output
+    assert "paid, in m s: error_ms + flood_fee_ms" in " ".join(plain.split())
 
 
 def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,11 +93,45 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
     assert "Played before: 9 meetings" in command("reproduce benchmark own_problem:TANK")
     judged = command(f"evaluate own_problem:TANK attacker --attacker {mine} --baseline own_problem:Bias --episodes 20")
     assert "Played before: 2 meetings" in judged
+    assert "attacker against own_problem:Doubt: return, m s" in judged
     response = command(f"best-response own_problem:TANK defender --attacker {mine} {tiny} --episodes 20")
     assert "Over the best policy known before" in response
     searched = "best-response own_problem:TANK attacker --defender own_problem:Doubt --oracle search --budget 1 --out s"
     assert "own_problem:Bias?rise_s=" in command(f"{searched} --episodes 20 --seeds 1")
     assert json.loads((tmp_path / "league" / "tank.json").read_text())["problem"] == "tank"
+
+
+def test_all_stands_for_everybody_who_can_play_and_what_is_broken_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = EntryPoint("tank.attacker.broken", "nowhere:Policy", lookup.GROUP)
+    monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: {broken.name: broken})
+    monkeypatch.chdir(tmp_path)
+    few = "--set duration_s=20 --episodes 1 --jobs 1 --json"
+    words = f"evaluate own_problem:TANK defender --attacker all --defender all {few}"
+    result = CliRunner().invoke(app, words.split())
+    assert result.exit_code == 0, result.output
+    met = [(each["opponent"], each["policy"]) for each in json.loads(result.stdout)["standings"]]
+    attackers, defenders = (["none", "random", f"own_problem:{own}"] for own in ("Bias", "Doubt"))
+    assert met == [(attacker, defender) for attacker in attackers for defender in defenders]
+    assert "Left out: attacker broken: the entry point tank.attacker.broken names nowhere:Policy" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "advice"),
+    [
+        ("list own_problem", "One of your own is written MODULE:PROBLEM, behind --trust"),
+        ("score tank-defense own_problem:Doubt", "A problem of your own has none: judge it with evaluate or league"),
+        ("train own_problem:own_problem/TankAttak-v0", "Did you mean 'own_problem:own_problem/TankAttack-v0'"),
+        ("train own_problem:own_problem/TankAttack-v0 --algo cma-es", "--knob family=NAME, with one of your own"),
+        ("zoo mix .", ". is a folder: give self-play.json"),
+    ],
+)
+def test_a_refusal_says_what_to_do(words: str, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, words.split())
+    assert result.exit_code == 2
+    assert advice in " ".join(result.stderr.split())
 
 
 def test_the_documents_describe_it(tank: Problem) -> None:

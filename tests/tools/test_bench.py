@@ -3,17 +3,19 @@ from __future__ import annotations
 import json
 import time
 from functools import partial
+from typing import Any
 
 import pytest
 
 from cps_agents.bench import interfaces, measuring
-from cps_agents.bench.interfaces import ADDED, items, measure_yardsticks, short
+from cps_agents.bench.interfaces import ADDED, added_items, items, measure_yardsticks, short
 from cps_agents.bench.measuring import Findings, measure
 from cps_agents.bench.row import Measurement, Row, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
 from tests.agents import command_line
+from tests.core.toy import TOY, ToyGame
 from tools.bench import __main__ as command
 from tools.bench import opponents, sizes, threads
 from tools.bench.__main__ import bench
@@ -55,6 +57,18 @@ def test_calls_are_counted_by_cpu_time(monkeypatch: pytest.MonkeyPatch) -> None:
     assert calls_per_s(lambda: spend(250e-6), 0.03, clock=lambda: spent[0]) == pytest.approx(4000)
     monkeypatch.setattr(time, "process_time_ns", lambda: spent[0] * 1e9)
     assert microseconds(lambda: spend(1.0), lambda: spend(250e-6), 5) == pytest.approx(250)  # without the start
+
+
+def test_an_episode_that_physics_ends_early_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = ToyGame._step
+
+    def step(game: ToyGame, b: int, *moves: Any) -> None:
+        whole(game, b, *moves)
+        game.terminated[b] = game.steps[b] >= 4
+
+    monkeypatch.setattr(ToyGame, "_step", step)
+    for item in added_items([TOY]):
+        assert item.measure(0.001, YARDSTICKS)["game_us"] > 0
 
 
 def test_the_simplest_vehicle_is_faster_than_any_problem() -> None:

@@ -17,6 +17,7 @@ from cps_agents.zoo.references import SB3, by_training_seed
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.types import ROLES, FloatArray, Role
+from cps_envs.registration import find_problem
 
 RETURN = "return"  # what the attacker is paid
 HAPPENED = ">0"  # after a metric's name: 100 in episodes in which it is above zero, 0 in others
@@ -52,6 +53,14 @@ class Table:
     def seeds(self) -> range:
         """The episodes' seeds."""
         return range(self.first_seed, self.first_seed + self.episodes)
+
+    @property
+    def measured(self) -> str:
+        """What the number of a meeting is, with its unit where that is known."""
+        if self.per:
+            return f"{self.metric} / {self.per}"
+        unit = find_problem(self.venue.problem).unit if self.metric == RETURN else ""
+        return f"{self.metric}, {unit}" if unit else self.metric
 
     def players(self, role: Role) -> Sequence[Contestant]:
         """The contestants of a role; at the end the bars that are not among them."""

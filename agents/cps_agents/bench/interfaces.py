@@ -118,7 +118,7 @@ def _added(env_id: str, seconds: float, yardsticks: Yardsticks) -> Values:
     envs: Any = gymnasium.make_vec(env_id, 1, "vector_entry_point", preset="paper", opponent="none")
     game, role, neutral = env.game, env.role, _neutral(env)
     batch, everyone, interval = neutral[np.newaxis], np.ones(1, np.bool_), game.decision_interval[role]
-    count = min(CHUNK, game.horizon // interval)
+    count = _decisions(env, neutral, min(CHUNK, game.horizon // interval))
 
     def physics() -> None:
         game.advance({role: batch}, everyone, interval)
@@ -136,6 +136,12 @@ def _added(env_id: str, seconds: float, yardsticks: Yardsticks) -> Values:
         found.append(rounds())
     alone, in_single, in_vector = np.min(found, axis=0).tolist()
     return {"game_us": alone, "single_us": in_single - alone, "vector_us": in_vector - alone}
+
+
+def _decisions(env: Any, neutral: Any, most: int) -> int:
+    """How many neutral decisions, `most` at most, the episode of seed 0 lasts."""
+    env.reset(seed=0)
+    return next((count for count in range(1, most + 1) if env.step(neutral)[2]), most)
 
 
 VEHICLES = 256  # their positions and speeds stay in the first-level cache

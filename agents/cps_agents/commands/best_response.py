@@ -222,9 +222,7 @@ def _show(question: Question, responses: Responses, judgement: Judgement, over_v
     if over_value is not None:
         console.print(_verdict("the value of the league's game", over_value), markup=False)
     what = "worst attack" if question.role == "attacker" else "best defence"
-    console.print(
-        f"The {what} found is {judgement.best}: it pays the attacker {judgement.pay:.4g}.", markup=False, soft_wrap=True
-    )
+    console.print(f"The {what} found is {judgement.best}: it pays the attacker {judgement.pay:.4g}.", markup=False)
     console.print(f"Spent: {responses.steps:,} steps, {responses.cpu_s:.0f} CPU s.")
 
 

@@ -145,7 +145,7 @@ def _play(game: SelfPlayGame, folder: Path, store: Store, iterations: int, budge
 
     def report(pool: Pool, done: list[Iteration]) -> None:
         outcomes.append(judge(game, pool, done, store, budget.workers))
-        note(tell_round(outcomes[-1]))
+        err().print(tell_round(outcomes[-1]), markup=False)
         write_json(folder / "self-play.json", _document(outcomes[-1]))
         write_figure(folder / "self-play.png", draw(outcomes[-1]))
 

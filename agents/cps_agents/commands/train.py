@@ -31,10 +31,11 @@ SHIP = "Combine the seeds' best networks into one policy in this folder."
 ALGORITHM = "Algorithm: shared-ppo, our own PPO, or cma-es, a search for the numbers of a family."
 CONFIG = "Repeat the run of this run.json exactly, but for other options that you give."
 TRACKER = "Send curves to tensorboard, wandb, mlflow or none."
-EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed.
-Validation is what the attacker is paid, for a defender with a minus: the mean
-over the shipped seeds, on the episodes that chose among their networks, so it is
-no result. `--json` shows opponents and every knob."""
+EXPLANATION = (
+    "Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed. Validation is what the "
+    "attacker is paid, for a defender with a minus: the mean over the shipped seeds, on the episodes that chose among "
+    "their networks, so it is no result. `--json` shows opponents and every knob."
+)
 merge = Later("cps_agents.zoo.merging:merge")  # loads compiled kernels, which --list need not wait for
 OPPONENT = "Train against this {}: a name, mixture?policies=[...] or zoo:NAME. Default: the recipe's."
 
@@ -157,7 +158,7 @@ def _list(recipes: list[Recipe], as_json: bool) -> None:
         return
     columns = ("recipe", "algorithm", "CPU min", "validation")
     out().print(Sheet("Recipes", columns, [_row(recipe) for recipe in recipes], left=2))
-    out().print(EXPLANATION, markup=False, soft_wrap=True)
+    out().print(EXPLANATION, markup=False)
 
 
 def _row(recipe: Recipe) -> tuple[str, ...]:

@@ -88,7 +88,7 @@ def tables(league: League) -> list[Sheet]:
     rows = [
         [attacker.name, *map(stacked, row)] for attacker, row in zip(league.table.attackers, league.cells, strict=True)
     ]
-    title = f"{league.table.venue.problem}: {league.table.metric}, mean and 95 % interval"
+    title = f"{league.table.venue.problem}: {league.table.measured}; mean and 95 % interval"
     return [Sheet(title, columns, rows), *(_standings_table(league, role) for role in ROLES)]
 
 

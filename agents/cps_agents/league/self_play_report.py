@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate
+from cps_agents.errors import CommandError
 from cps_agents.league.bounds import Bounds, LeagueOutcome
 from cps_agents.league.report import stacked
 from cps_agents.league.self_play import MOST_STEPS, Profile, strategy_in
@@ -132,8 +133,11 @@ def ship_mixtures(result: Path, folder: Path) -> list[Card]:
     """Write both final strategies of a `self-play.json` into a folder; returns their cards.
 
     Raises:
+        CommandError: it is a folder.
         DamagedFileError: it is no such file.
     """
+    if result.is_dir():
+        raise CommandError(f"{result} is a folder: give {result / 'self-play.json'}")
     found = read_entry(result, "result of `cps-envs self-play`", "Play it again.")
     game, final, budget = found["game"]["venue"], found["final"], found["budget"]
     venue = Venue(game["problem"].text(), game["preset"].text(), game["overrides"].plain())

@@ -21,7 +21,7 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
 from cps_agents.zoo.numbers import NamedNumbers, card_of_numbers
 from cps_baselines.evolution import Evolution
-from cps_baselines.family import Family, find_family, play_family
+from cps_baselines.family import Family, families, find_family, play_family
 from cps_envs.core.documents import read_entry
 from cps_envs.core.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_envs.core.types import FloatArray
@@ -70,7 +70,11 @@ def family_of(recipe: Recipe) -> Family:
         UnknownNameError: there is no such family.
     """
     if not recipe.family:
-        raise CommandError(f"{recipe.name} names no family of policies to search: add --knob family=NAME")
+        known = ", ".join(families(recipe.problem)) or "one of your own, MODULE:FAMILY (cps_baselines.family.Family)"
+        raise CommandError(
+            f"{recipe.name} names no family of policies to search: add --knob family=NAME, with {known}. "
+            "The SEARCHES of a problem are for `cps-envs best-response --oracle search`"
+        )
     family = find_family(recipe.family)
     if (family.problem, family.role) != (recipe.problem, recipe.role):
         raise CommandError(

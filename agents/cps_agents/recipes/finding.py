@@ -41,12 +41,13 @@ def find_recipe(name: str, algorithm: str | None = None) -> Recipe:
     own = _names_of(module) if colon else {}
     if isinstance(found := own.get(last), type) and issubclass(found, Recipe):
         return found()
-    for attribute, problem in own.items():
-        for role in ROLES:
-            if isinstance(problem, Problem) and problem.env_id(role) == last:
-                return usual_recipe(f"{module}:{attribute}", role, algorithm)
+    problems = {held: each for held, each in own.items() if isinstance(each, Problem)}
+    mine = {each.env_id(role): (f"{module}:{held}", role) for held, each in problems.items() for role in ROLES}
+    if last in mine:
+        return usual_recipe(*mine[last], algorithm)
+    known = [f"{module}:{env_id}" for env_id in mine] or [*RECIPES, *ids]
     raise CommandError(
-        f"there is no recipe and no environment {name!r}. {near(name, [*RECIPES, *ids])} "
+        f"there is no recipe and no environment {name!r}. {near(name, known)} "
         "One of your own is written MODULE:CLASS or MODULE:NAMESPACE/NameAttack-v0."
     )
 
