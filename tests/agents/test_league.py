@@ -101,7 +101,7 @@ def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
     reasons = {reference: reason for (_, reference), reason in found.left_out.items()}
     assert set(reasons) == {f"zoo:{other}", "random?chance=1", "tests.agents.players:Constant?value=0.5"}
     assert "trained as attacker of rogue" in reasons[f"zoo:{other}"]
-    assert "could not be built" in reasons["random?chance=1"]
+    assert "has no option" in reasons["random?chance=1"]
     assert "impossible actions" in reasons["tests.agents.players:Constant?value=0.5"]
     assert found.table.attackers[0].overrides == {"attack_action": "share"}
 

@@ -117,7 +117,7 @@ def _everybody(venue: Venue, role: Role) -> list[str]:
     found = [(each.reference, admit(venue, role, each)) for each in contestants(venue, usual(venue, role))]
     for reference, admission in found:
         if admission.unknown:
-            err().print(f"Left out: {role} {reference}: {admission.refusal}", markup=False, soft_wrap=True)
+            note(f"Left out: {role} {reference}: {admission.refusal}")
     return [reference for reference, admission in found if admission.plays]
 
 

@@ -23,7 +23,7 @@ from cps_agents.commands.options import (
     Preset,
     Steps,
 )
-from cps_agents.console import assignments, note, out, print_json
+from cps_agents.console import assignments, err, note, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
 from cps_agents.league.bounds import LeagueOutcome, judge
 from cps_agents.league.league import asked, check_anybody, line_up

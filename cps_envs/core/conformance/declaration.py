@@ -13,7 +13,8 @@ from cps_envs.core.types import ROLES
 def check_declaration(subject: Subject) -> None:
     """The game has the problem's name and all attributes of `Game`, in their shapes, and the team that is declared."""
     problem, role = subject.problem, subject.role
-    game = problem.game(problem.config(subject.kwargs.get("preset"), {}), NUM_ENVS)
+    preset = subject.kwargs.get("preset", problem.usual_preset)
+    game = problem.game(problem.config(preset, {}), NUM_ENVS)
     kind = type(game).__name__
     for attribute in Game.__annotations__:
         assert hasattr(game, attribute), f"{kind} has no {attribute!r}, which cps_envs.core.game.Game explains"
@@ -26,5 +27,5 @@ def check_declaration(subject: Subject) -> None:
     for name, values in game.metrics().items():
         shape = np.shape(values)
         assert shape == (NUM_ENVS,), f"metrics()[{name!r}] of {kind} has shape {shape}: with B environments it is (B,)"
-    if role in problem.swarm:
+    if role in problem.swarm and preset == problem.usual_preset:  # others may have no team
         Outside(game, role, problem.swarm[role])
