@@ -221,7 +221,7 @@ def test_tables_are_listed() -> None:
 def test_several_problems_are_played_side_by_side(tmp_path: Path, meetings: Path) -> None:
     pytest.importorskip("matplotlib")
     defenders = ["--defender", "none", "--defender", "pd", "--defender", "x4-4"]
-    few = ["--attacker", "none", *defenders, "--quick", "--jobs", "2"]
+    few = ["--attacker", "none", *defenders, "--quick", "--jobs", "1"]
     tables = ["--table", "tasks", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
     result = invoke("reproduce", "benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json")
     assert result.exit_code == 0, result.output
