@@ -35,7 +35,6 @@ class Contestant:
     policy: str = ""  # reference, as `cps-envs play` takes it; the name itself if empty
     title: str = ""  # in the tables, where the name does not say enough
     overrides: Mapping[str, Any] = field(default_factory=dict)  # of the venue where it plays, such as how it observes
-    prepare: str = ""  # "module:function", called in advance as function(config, quick): reference, note
     episodes: int = 0  # where they are not those of the table
     metric: str = ""  # what its row shows, where it is not that of the table
 

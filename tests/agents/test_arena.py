@@ -70,7 +70,7 @@ def test_code_of_ones_own_that_changed_is_played_again(tmp_path: Path, monkeypat
     mine = Contestant("mine", 'mixture?policies=["own_policies:Mine","none"]')
     assert set(meeting(attacker=mine).sources) == {"own_policies"}
     assert "own_policies" not in sys.modules  # looked at, and not run
-    store.put(meeting(attacker=mine), {"metrics": {"return": [1.0, 2.0]}, "simulations": 0, "cpu_s": 0.0})
+    store.put(meeting(attacker=mine), {"metrics": {"return": [1.0, 2.0]}, "cpu_s": 0.0})
     assert store.get(meeting(attacker=mine)) is not None
     file.write_text(POLICY.format(2))
     assert store.get(meeting(attacker=mine)) is None
@@ -89,7 +89,7 @@ def test_problems_know_nothing_of_one_another(name: str) -> None:
     assert len({fingerprint(each) for each in (*PROBLEMS, "elsewhere:PROBLEM")}) == len(PROBLEMS) + 1
 
 
-KEPT: dict[str, Any] = {"metrics": {"return": [1.0, 2.0]}, "simulations": 0, "cpu_s": 0.1}
+KEPT: dict[str, Any] = {"metrics": {"return": [1.0, 2.0]}, "cpu_s": 0.1}
 
 
 def edited(file: Path, change: str) -> str:

@@ -9,16 +9,16 @@ from typing import Any
 import pytest
 
 from cps_agents.arena import store
-from cps_agents.arena.meeting import Preparation, Result
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.disbanding.genetic import undefended_plan
 from cps_envs import PROBLEMS
+from cps_envs.core.play import play_episodes
 from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_paper.benchmark.schedule import Benchmark, PaperCell
 from cps_paper.benchmark.suite import find_benchmark, run_benchmark, select
+from cps_paper.disbanding.benchmark import GA_PLANS
 from cps_paper.printed.tables import velocity_errors, verdict
 from tests.agents.command_line import invoke
 
@@ -32,7 +32,7 @@ TINY = Benchmark(
             attackers=(
                 Contestant("none"),
                 Contestant("random", episodes=3),
-                Contestant("ready", prepare=f"{__name__}:prepare"),
+                Contestant("plan", policy="plan?events=[[2,1]]"),
             ),
             defenders=(Contestant("none"), Contestant("copy")),
             venue=Venue("disbanding", "paper", {"duration_s": 5, "num_platoons": 2}),
@@ -44,23 +44,6 @@ TINY = Benchmark(
 )
 
 
-def prepare(config: Any, quick: bool) -> tuple[str, str]:
-    return "plan?events=[[2,1]]", f"quick: {quick}"
-
-
-@pytest.fixture(autouse=True)
-def _prepare_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """pytest imports this module under a name that `import_module` does not know."""
-    ready = TINY.tables[0].attackers[2]
-
-    def run(job: Preparation) -> Result:
-        assert job.function == ready.prepare
-        policy, note = prepare(None, job.quick)
-        return {"policy": policy, "note": note}
-
-    monkeypatch.setattr(Preparation, "run", run)
-
-
 def test_every_attacker_meets_every_defender(tmp_path: Path) -> None:
     reports: list[tuple[int, int, str]] = []
     outcome = run_benchmark(TINY, Store(tmp_path), workers=1, report=lambda *report: reports.append(report))
@@ -69,8 +52,8 @@ def test_every_attacker_meets_every_defender(tmp_path: Path) -> None:
     assert rows[0][0].text == "0.00 (0)"
     assert rows[2][0].value > 10
     assert rows[2][0].value != rows[2][1].value
-    assert [report[:2] for report in reports] == [(k, 7) for k in range(1, 8)]
-    assert len(list(tmp_path.iterdir())) == 7
+    assert [report[:2] for report in reports] == [(k, 6) for k in range(1, 7)]
+    assert len(list(tmp_path.iterdir())) == 6
 
 
 def test_the_paper_s_number_is_beside_ours(tmp_path: Path) -> None:
@@ -87,12 +70,12 @@ def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 0
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 7  # with the preparation
-    next(tmp_path.glob("*random-copy*")).write_text('{"job": ')
     assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 6
+    next(tmp_path.glob("*random-copy*")).write_text('{"job": ')
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 5
     monkeypatch.setattr(store, "fingerprint", lambda problem: "other code")
     assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 0
-    assert len(list(tmp_path.iterdir())) == 7
+    assert len(list(tmp_path.iterdir())) == 6
 
 
 def test_processes_find_the_same(tmp_path: Path) -> None:
@@ -111,19 +94,17 @@ def test_an_error_tells_which_work_had_it(tmp_path: Path, workers: int) -> None:
         run_benchmark(replace(TINY, tables=(wrong,)), Store(tmp_path), workers=workers)
 
 
-def test_quick_plays_fewer_episodes_and_tells_the_preparation(tmp_path: Path) -> None:
-    outcome = run_benchmark(*select([TINY], quick=True), Store(tmp_path), workers=1, quick=True)
+def test_quick_plays_fewer_episodes(tmp_path: Path) -> None:
+    outcome = run_benchmark(*select([TINY], quick=True), Store(tmp_path), workers=1)
     assert len(outcome.result((0, 1, 0))["metrics"]["return"]) == 2
-    assert outcome.preparations(0)["ready"]["note"] == "quick: True"
 
 
 def test_documents_hold_everything(tmp_path: Path) -> None:
     outcome = run_benchmark(TINY, Store(tmp_path), workers=1)
     text = markdown(outcome)
     assert "| none | 0.00 (0)<br>paper 3.00<br>with crash<br>-3.00 near | 0.00 (0) |" in text
-    assert "- ready: quick: False" in text
     rows = list(csv.DictReader(rows_as_csv([outcome]).splitlines()))
-    assert [row["attacker"] for row in rows] == ["none", "none", "random", "random", "ready", "ready"]
+    assert [row["attacker"] for row in rows] == ["none", "none", "random", "random", "plan", "plan"]
     assert (rows[0]["paper"], rows[0]["verdict"], rows[1]["paper"]) == ("3.0", "near", "")
     found = json.loads(json.dumps(document([outcome], {"command": "x"}, 1.0)))
     (table,) = found["problems"][0]["tables"]
@@ -165,16 +146,14 @@ def test_the_disbanding_benchmark_covers_the_printed_cells() -> None:
     assert {(cell.table, cell.attacker, cell.defender) for cell in benchmark.paper} <= meetings
 
 
-def test_the_searched_plan_can_be_played() -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("tau_s", GA_PLANS)
+def test_the_genetic_algorithm_finds_the_plan_of_the_table(tau_s: float) -> None:
     pytest.importorskip("pymoo")
-    from cps_envs import find_problem
-    from cps_envs.core.play import play_episodes
-
-    problem = find_problem("disbanding")
-    config = problem.config("paper", {"duration_s": 5, "num_platoons": 3})
-    policy, _ = undefended_plan(config, quick=True)
-    assert policy.startswith("plan?events=[[")
-    assert play_episodes(problem, config, {"attacker": policy}, [0])["disbanded_platoons"] == [2]
+    table = next(each for each in find_benchmark("disbanding").tables if each.name == f"tau-{tau_s}")
+    config, players = table.venue.config, ({"attacker": each} for each in ("ga", GA_PLANS[tau_s]))
+    searched, planned = (play_episodes(PROBLEMS["disbanding"], config, each, [0]) for each in players)
+    assert searched["velocity_error_all"] == planned["velocity_error_all"]
 
 
 def test_tables_of_the_paper() -> None:
@@ -186,14 +165,6 @@ def test_tables_of_the_paper() -> None:
 @pytest.mark.parametrize(("difference", "word"), [(2.0, "match"), (-2.1, "near"), (4.0, "near"), (-4.1, "miss")])
 def test_verdicts(difference: float, word: str) -> None:
     assert verdict(difference) == word
-
-
-def test_planning_is_counted(tmp_path: Path) -> None:
-    search = Contestant("ga", policy="ga?generations=2&population=4")
-    table = replace(TINY.tables[0], attackers=(search, Contestant("none")))
-    outcome = run_benchmark(replace(TINY, tables=(table,), paper=()), Store(tmp_path), workers=1)
-    assert 2 <= outcome.result((0, 0, 0))["simulations"] <= 8
-    assert outcome.result((0, 1, 0))["simulations"] == 0
 
 
 def test_what_is_chosen() -> None:

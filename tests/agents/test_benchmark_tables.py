@@ -115,7 +115,7 @@ def test_a_misspelt_number_of_a_table_is_named(change: dict[str, str], remedy: s
 @pytest.mark.parametrize("table", OF_CHAPTER_5)
 def test_a_rogue_meeting_shows_damage_and_tracking(table: str, tmp_path: Path) -> None:
     names = {"tables": [table], "attackers": ["slow_square"], "defenders": ["sliding_detection"]}
-    outcome = run_benchmark(*select([ROGUE], **names, quick=True), Store(tmp_path), workers=1, quick=True)
+    outcome = run_benchmark(*select([ROGUE], **names, quick=True), Store(tmp_path), workers=1)
     (entry,) = every_entry(outcome)
     assert entry.value == entry.means["damage"] > 0
     assert entry.crash

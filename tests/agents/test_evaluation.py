@@ -77,7 +77,7 @@ def test_each_gets_the_form_it_was_trained_with(tmp_path: Path) -> None:
     venue = Venue("fdi", "paper", {"attacked": "x1", "target": 1})
     attackers = [Contestant(f"zoo:{path}"), Contestant("oracle")]
     table = Table(venue, attackers, [Contestant("none")], 2, judged="attacker")
-    trained, oracle = (table.meetings(pair, {}) for pair in table.pairs)
+    trained, oracle = (table.meetings(pair) for pair in table.pairs)
     assert len(trained) == 2
     assert trained[0].venue.overrides["attack_action"] == "share"
     assert "attack_action" not in oracle[0].venue.overrides
@@ -95,7 +95,7 @@ def test_the_share_of_episodes_in_which_something_happened() -> None:
 def test_a_judged_table_plays_every_training_seed_on_the_evaluation_seeds(tiny: str) -> None:
     venue = Venue("rogue", "paper", SHORT)
     table = Table(venue, [Contestant(tiny)], [Contestant("pd")], 3, judged="attacker")
-    found = scores([meeting.run() for meeting in table.meetings((0, 0), {})], "damage")
+    found = scores([meeting.run() for meeting in table.meetings((0, 0))], "damage")
     config = find_problem("rogue").config("paper", SHORT)
     players: Any = {"attacker": f"{tiny}?seed=2", "defender": "pd"}
     expected = play_episodes(find_problem("rogue"), config, players, range(3))["damage"]

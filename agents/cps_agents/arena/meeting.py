@@ -1,11 +1,10 @@
-"""The pieces of work of an arena, as plain data that any process can do: meetings and what precedes them."""
+"""The pieces of work of an arena, as plain data that any process can do: meetings first of all."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from importlib import import_module
 from typing import Any, ClassVar, Protocol, cast
 
 from cps_agents.arena.sources import sources_of
@@ -47,44 +46,19 @@ class Meeting(InVenue):
     label: str = field(default="", compare=False)  # for progress
 
     def run(self) -> Result:
-        """`metrics`: each metric's values, one per episode; `simulations`: episodes that an attacker planned on."""
+        """`metrics`: each metric's values, one per episode."""
         from cps_envs.core.play import play_episodes
 
         problem, config = find_problem(self.problem), self.venue.config
-        attacker: Any = problem.policy(self.attacker, problem.game(config, 1), "attacker")
-        players: Any = {"attacker": attacker, "defender": self.defender}
+        players: Any = {"attacker": self.attacker, "defender": self.defender}
         outcome = play_episodes(problem, config, players, range(self.first_seed, self.first_seed + self.episodes))
-        metrics = {name: values.tolist() for name, values in outcome.items()}
-        return {"metrics": metrics, "simulations": getattr(attacker, "simulations", 0)}
+        return {"metrics": {name: values.tolist() for name, values in outcome.items()}}
 
     def check(self, result: Entry) -> None:
         """A finite value of each metric for each episode."""
         for values in result["metrics"].entries().values():
             values.numbers(self.episodes)
-        result["simulations"].number(0)
         result["cpu_s"].number(0)
-
-
-@dataclass(frozen=True)
-class Preparation(InVenue):
-    """Runs the function by which a contestant prepares itself before it plays."""
-
-    kind: ClassVar[str] = "preparation"
-    function: str  # module:function
-    quick: bool
-    sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
-    label: str = field(default="", compare=False)
-
-    def run(self) -> Result:
-        """`policy`, the reference to play with, and `note`."""
-        module, _, attribute = self.function.partition(":")
-        policy, note = getattr(import_module(module), attribute)(self.venue.config, self.quick)
-        return {"policy": policy, "note": note}
-
-    def check(self, result: Entry) -> None:
-        """A reference and a note."""
-        result["policy"].text()
-        result["note"].text()
 
 
 class Job(Protocol):
@@ -147,15 +121,4 @@ def make_meeting(
         first_seed=first_seed,
         sources=sources_of(venue.problem, attacker.reference, defender.reference),
         label=label or f"{attacker.name} - {defender.name}",
-    )
-
-
-def make_preparation(venue: Venue, contestant: Contestant, quick: bool, label: str = "") -> Preparation:
-    """The job that prepares a contestant before it plays."""
-    return Preparation(
-        venue=venue.changed(contestant.overrides),
-        function=contestant.prepare,
-        quick=quick,
-        sources=sources_of(venue.problem, contestant.prepare),
-        label=f"{label or contestant.name} prepares",
     )

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cps_agents.arena.admission import short_name
-from cps_agents.arena.meeting import Meeting, Preparation, Result, make_meeting, make_preparation
+from cps_agents.arena.meeting import Meeting, Result, make_meeting
 from cps_agents.zoo.references import SB3, by_training_seed
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError, near
@@ -91,23 +91,13 @@ class Table:
         attacker, defender = (short_name(each.name) for each in self.pair(pair).values())
         return f"{self.name} {attacker} {defender}" if self.name else f"{attacker} - {defender}"
 
-    def preparations(self, pair: Pair, quick: bool) -> dict[Role, Preparation]:
-        """What has to be found out before they meet."""
-        label = self.label(pair) if self.name else ""
-        return {
-            role: make_preparation(self.venue, mine, quick, label)
-            for role, mine in self.pair(pair).items()
-            if mine.prepare
-        }
-
     def meeting(self, pair: Pair) -> Meeting:
-        """The one of contestants that neither prepare nor have training seeds that count."""
+        """The one of contestants whose training seeds do not count."""
         return self._meeting(self.pair(pair), self.episodes_of(pair), self.label(pair))
 
-    def meetings(self, pair: Pair, policies: Mapping[Role, str]) -> list[Meeting]:
-        """One meeting, or one for each training seed; `policies` are those that contestants have prepared."""
+    def meetings(self, pair: Pair) -> list[Meeting]:
+        """One meeting, or one for each training seed of a policy that is judged."""
         players, count, label = self.pair(pair), self.episodes_of(pair), self.label(pair)
-        players |= {role: replace(players[role], policy=policy) for role, policy in policies.items()}
         if self.judged is None:
             return [self._meeting(players, count, label)]
         mine = players[self.judged]

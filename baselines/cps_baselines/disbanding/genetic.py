@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 
 from cps_baselines.disbanding.plan_search import Progress, SearchResult, SearchSettings, search_plan
 from cps_baselines.disbanding.plans import NEVER, PlannedAttack
@@ -16,9 +15,7 @@ from cps_envs.core.match import Match
 from cps_envs.core.play import finish
 from cps_envs.core.policy import Generators, Knowledge, Policy, RoleSpec, State
 from cps_envs.core.types import FloatArray
-from cps_envs.disbanding.problem import DISBANDING
 
-QUICK_SEARCH = "ga?generations=2&population=6"
 OBJECTIVES = {"payoff": None, "all": "velocity_error_all", "intact": "velocity_error_intact"}
 
 
@@ -51,11 +48,6 @@ class GeneticAlgorithm(PlannedAttack):
         self.metric = OBJECTIVES[objective]
         self.progress = progress
         self.reports: dict[bytes, SearchResult] = {}
-
-    @property
-    def simulations(self) -> int:
-        """Episodes simulated in all searches so far."""
-        return sum(found.simulations for found in self.reports.values())
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Search a plan for each episode whose start was not seen before."""
@@ -117,15 +109,3 @@ def plan_evaluator(
         return payoff if metric is None else game.metrics()[metric].copy()
 
     return evaluate
-
-
-def undefended_plan(config: Any, quick: bool) -> tuple[str, str]:
-    """The plan that the genetic algorithm finds against no defence: its reference, and how it was found."""
-    match = DISBANDING.match(config, 1, {"attacker": QUICK_SEARCH if quick else "ga", "defender": "none"})
-    match.reset(np.ones(1, np.bool_), [seeding.np_random(0)[0]])
-    searcher: Any = match.players["attacker"]
-    (found,) = searcher.reports.values()
-    events = ",".join(f"[{platoon},{time_s}]" for platoon, time_s in found.events)
-    plan = ", ".join(f"platoon {platoon} at {time_s} s" for platoon, time_s in found.events)
-    note = f"{plan}; found by {found.simulations} simulations without defence, played against every defender"
-    return f"plan?events=[{events}]", note

@@ -132,8 +132,7 @@ def _sheet(outcome: BenchmarkOutcome, number: int) -> Sheet:
     table, found = outcome.benchmark.tables[number], entries(outcome, number)
     rows = [[each.heading, *map(_styled, row)] for each, row in zip(table.attackers, found, strict=True)]
     columns = ["attacker", *(each.heading for each in table.defenders)]
-    caption = [table.legend, *(f"{name}: {each['note']}" for name, each in outcome.preparations(number).items())]
-    return Sheet(f"{outcome.benchmark.problem}: {table.title}", columns, rows, caption=caption)
+    return Sheet(f"{outcome.benchmark.problem}: {table.title}", columns, rows, caption=[table.legend])
 
 
 def _styled(entry: BenchmarkEntry) -> Cell:
@@ -157,17 +156,7 @@ def markdown(outcome: BenchmarkOutcome) -> str:
     """All tables as Markdown."""
     lines = [f"## {outcome.benchmark.problem}", ""]
     for table, sheet in zip(outcome.benchmark.tables, tables(outcome), strict=True):
-        legend, *notes = sheet.caption
-        lines += [
-            f"### {table.title}",
-            "",
-            f"{legend}.",
-            "",
-            *sheet.markdown(),
-            "",
-            *(f"- {note}" for note in notes),
-            "",
-        ]
+        lines += [f"### {table.title}", "", f"{table.legend}.", "", *sheet.markdown(), ""]
     lines += [*(f"- {note}" for note in outcome.benchmark.notes), "", agreement(outcome), ""]
     return "\n".join(lines)
 
@@ -186,7 +175,6 @@ def _problem(outcome: BenchmarkOutcome) -> dict[str, Any]:
             "title": table.title,
             "config": asdict(table.venue.config),
             "overrides": {each.name: dict(each.overrides) for each in table.defenders if each.overrides},
-            "preparations": outcome.preparations(number),
             "cells": [_cell(entry) for row in entries(outcome, number) for entry in row],
         }
         for number, table in enumerate(benchmark.tables)

@@ -35,11 +35,6 @@ class BenchmarkOutcome:
         (found,) = self.played.results[place]
         return found
 
-    def preparations(self, number: int) -> dict[str, Result]:
-        """What the contestants of a table found out in advance, by name."""
-        table, prepared = self.benchmark.tables[number], self.played.prepared.items()
-        return {table.pair(place[1:])[role].name: found for (place, role), found in prepared if place[0] == number}
-
 
 def find_benchmark(problem: str) -> Benchmark:
     """The benchmark that a problem declares in `cps_paper.<problem>.benchmark`, else a derived one."""
@@ -122,12 +117,10 @@ def _shortened(table: Table) -> Table:
     return replace(table, attackers=attackers, episodes=min(table.episodes, QUICK_EPISODES))
 
 
-def run_benchmark(
-    benchmark: Benchmark, store: Store, *, workers: int, quick: bool = False, report: Report = silent
-) -> BenchmarkOutcome:
+def run_benchmark(benchmark: Benchmark, store: Store, *, workers: int, report: Report = silent) -> BenchmarkOutcome:
     """Play everything that `store` does not have yet, keeping each result as soon as it is there."""
     with Workers(workers) as pool:
-        return BenchmarkOutcome(benchmark, play(benchmark.tables, store, pool, quick=quick, report=report))
+        return BenchmarkOutcome(benchmark, play(benchmark.tables, store, pool, report=report))
 
 
 def compile_kernels(benchmarks: Sequence[Benchmark], store: Store, workers: int, report: Report = silent) -> None:
@@ -141,11 +134,8 @@ def compile_kernels(benchmarks: Sequence[Benchmark], store: Store, workers: int,
 
 
 def _shortest(benchmark: Benchmark) -> list[Meeting]:
-    """A meeting with the fewest episodes, for which nothing has to be prepared."""
+    """A meeting with the fewest episodes."""
     found = [
-        (table.episodes_of(pair), number, pair)
-        for number, table in enumerate(benchmark.tables)
-        for pair in table.pairs
-        if not any(each.prepare for each in table.pair(pair).values())
+        (table.episodes_of(pair), number, pair) for number, table in enumerate(benchmark.tables) for pair in table.pairs
     ]
     return [benchmark.tables[number].meeting(pair) for _, number, pair in sorted(found)[:1]]

@@ -59,7 +59,7 @@ def benchmark(
     with alone_in(folder):
         started = time.monotonic()
         outcomes = []
-        for outcome in _outcomes(chosen, Store(meetings, fresh=fresh), jobs or available_cores(), quick):
+        for outcome in _outcomes(chosen, Store(meetings, fresh=fresh), jobs or available_cores()):
             outcomes.append(outcome)
             if not as_json:
                 _show(outcome)
@@ -75,7 +75,7 @@ def benchmark(
     more = "--full plays the other tables, too." if left else ""
     conclude(files, sum(outcome.played.reused for outcome in outcomes), f"{wall_s:.0f} s.", more)
     if quick:
-        err().print("--quick: few episodes and short searches; these are no results.")
+        err().print("--quick: few episodes; these are no results.")
 
 
 def _list_tables(benchmarks: Sequence[Benchmark]) -> None:
@@ -87,13 +87,13 @@ def _list_tables(benchmarks: Sequence[Benchmark]) -> None:
     out().print(Sheet("Tables", ("problem", "table", "title", "only with"), rows, left=4))
 
 
-def _outcomes(benchmarks: Sequence[Benchmark], store: Store, workers: int, quick: bool) -> Iterator[BenchmarkOutcome]:
+def _outcomes(benchmarks: Sequence[Benchmark], store: Store, workers: int) -> Iterator[BenchmarkOutcome]:
     """Each problem's as soon as it is there."""
     with Progress("kernels", 1) as progress:
         compile_kernels(benchmarks, store, workers, progress.report)
     for each in benchmarks:
         with Progress(each.problem, 1) as progress:
-            yield run_benchmark(each, store, workers=workers, quick=quick, report=progress.report)
+            yield run_benchmark(each, store, workers=workers, report=progress.report)
 
 
 def _write(outcomes: Sequence[BenchmarkOutcome], found: dict[str, Any], folder: Path) -> list[Path]:

@@ -1,4 +1,9 @@
-"""The paper's mitigations built into the closed loop, as its tables are computed: section 2.6 with step 2 in full."""
+"""The paper's mitigations built into the closed loop, as its tables are computed: section 2.6 with step 2 in full.
+
+The policies `heuristic` and `mpc` that act at every step of 0.01 s give other numbers: in the six cells of Table 2.2
+E_v differs by 0.09 to 0.31 points, because a policy sees float32 and answers for all vehicles at once. They also take
+65 to 120 times as long.
+"""
 
 from __future__ import annotations
 

@@ -181,7 +181,7 @@ def cells(chunk: Chunk, tally: Tally) -> None:
     rng = np.random.default_rng([chunk.number, 7])
     job = Meeting(Venue("rogue", "paper", {"duration_s": 4.0}), "none", "none", 2)
     store = Store(Path("cells"))
-    result = {"metrics": {"return": [1.5, 2.5]}, "simulations": 0}
+    result = {"metrics": {"return": [1.5, 2.5]}}
     store.put(job, result)
     file = next(store.folder.glob("*.json"))
     sound = file.read_text(encoding="utf-8")
