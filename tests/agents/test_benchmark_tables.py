@@ -9,7 +9,7 @@ import pytest
 
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
-from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.types import ROLES, Role
 from cps_envs.fdi.optima import known
 from cps_paper.benchmark.report import BenchmarkEntry, entries, every_entry, markdown, tables
@@ -75,9 +75,11 @@ def test_every_table_of_hvac_has_the_defender_that_ignores_sensors() -> None:
 
 
 def test_the_paper_s_number_of_hvac_is_reproduced(tmp_path: Path) -> None:
-    entry, _ = day(replace(hvac("sensor-1"), defenders=hvac("sensor-1").defenders[:1]), tmp_path)
-    assert entry.paper is not None
-    assert entry.paper.value == 149.253
+    (cell,) = (each for each in HVAC.paper if each.table == "sensor-1")
+    (part,) = select([HVAC], tables=[cell.table], attackers=[cell.attacker], defenders=[cell.defender])
+    (entry,) = every_entry(run_benchmark(part, Store(tmp_path), workers=1))
+    assert entry.paper == cell
+    assert cell.value == 149.253
     assert entry.value == pytest.approx(149.253, rel=0.05)
     assert entry.verdict == verdict(entry.value - 149.253)
 
@@ -100,16 +102,22 @@ def test_every_rogue_policy_of_the_paper_takes_part() -> None:
 @pytest.mark.parametrize(
     ("change", "remedy"),
     [
-        ({"metric": "damge"}, r"'easy': there is no metric 'damge'. Did you mean 'damage'"),
+        ({"metric": "damge"}, r"'easy' has no metric 'damge'. Did you mean 'damage'"),
         ({"form": "{valu:.1f}"}, r"'easy': `form` shows 'valu'. Did you mean 'value'"),
     ],
 )
 def test_a_misspelt_number_of_a_table_is_named(change: dict[str, str], remedy: str, tmp_path: Path) -> None:
     (part,) = select([ROGUE], tables=["easy"], attackers=["none"], defenders=["pd"], quick=True)
-    outcome = run_benchmark(part, Store(tmp_path), workers=1)
-    outcome.benchmark = replace(part, tables=(replace(part.tables[0], **change),))
     with pytest.raises(UnknownNameError, match=remedy):
-        every_entry(outcome)
+        run_benchmark(replace(part, tables=(replace(part.tables[0], **change),)), Store(tmp_path), workers=1)
+    assert not list(tmp_path.iterdir())  # nothing was played
+
+
+def test_equal_names_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="2 tables of the benchmark of rogue are called 'easy'"):
+        replace(ROGUE, tables=(ROGUE.tables[-1],) * 2)
+    with pytest.raises(ConfigurationError, match="2 defenders of table 'tasks' are called "):
+        replace(FDI, tables=(replace(TASKS, defenders=(TASKS.defenders[0],) * 2),))
 
 
 @pytest.mark.parametrize("table", OF_CHAPTER_5)

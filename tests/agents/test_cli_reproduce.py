@@ -170,6 +170,12 @@ def test_missing_matplotlib_is_told_before_anything_runs(monkeypatch: pytest.Mon
     assert "chapter" not in result.stderr
 
 
+def test_a_part_without_a_figure_says_that_nothing_is_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    result = invoke("ch3", "--table", "3.1", "--quick", "--plot", str(tmp_path))
+    assert "No figure: the parts asked for have none." in result.stderr
+
+
 def test_help_says_that_no_table_of_chapter_3_is_reproduced() -> None:
     assert "No table is reproduced as a whole" in " ".join(invoke("ch3", "--help").stdout.split())
 

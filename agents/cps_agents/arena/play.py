@@ -31,7 +31,13 @@ class Played:
 
 
 def play(tables: Sequence[Table], store: Store, pool: Workers, *, report: Report = silent) -> Played:
-    """Play everything that `store` does not have yet, keeping each result as soon as it is there."""
+    """Play everything that `store` does not have yet, keeping each result as soon as it is there.
+
+    Raises:
+        UnknownNameError: a table shows what no episode has; nothing has been played yet.
+    """
+    for table in tables:
+        table.check_numbers()
     asked = {
         (number, *pair): table.meetings(pair) for number, table in enumerate(tables) for pair in table.pairs
     }  # by place

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from string import Formatter
 from typing import TypeAlias
 
 import numpy as np
@@ -21,6 +22,7 @@ from cps_envs.registration import find_problem
 
 RETURN = "return"  # what the attacker is paid
 HAPPENED = ">0"  # after a metric's name: 100 in episodes in which it is above zero, 0 in others
+NUMBERS = ("value", "lower", "median", "upper", "share")  # of a cell, beside the means of all metrics
 Pair: TypeAlias = tuple[int, int]  # row and column
 
 
@@ -44,7 +46,7 @@ class Table:
     name: str = ""  # short, for file names
     title: str = ""
     axis: str = "defender"  # what distinguishes the columns, such as "task"
-    # Of a cell: `value`, its quartiles `lower`, `median`, `upper`, its `share` of `per`, means of all metrics.
+    # Of a cell: `value`, its quartiles `lower`, `median`, `upper`, its `share` of `per`, means of all metrics by name.
     form: str = "{value:.2f}"
     legend: str = ""  # how to read a cell
     only_full: bool = False  # whether a benchmark leaves it to `--full`
@@ -53,6 +55,22 @@ class Table:
     def seeds(self) -> range:
         """The episodes' seeds."""
         return range(self.first_seed, self.first_seed + self.episodes)
+
+    def check_numbers(self) -> None:
+        """Refuse what no episode has before anything is played.
+
+        Raises:
+            UnknownNameError: there is no such metric, or no such number that `form` shows.
+        """
+        called = f"table {self.name!r}" if self.name else self.venue.problem
+        metrics = [RETURN, *find_problem(self.venue.problem).game(self.venue.config, 1).metrics()]
+        for name in (self.metric, self.per, *(each.metric for each in self.attackers)):
+            if name and name.removesuffix(HAPPENED) not in metrics:
+                raise UnknownNameError(f"{called} has no metric {name!r}. {near(name, metrics)}")
+        known = [*metrics, *NUMBERS]
+        for _, shown, _, _ in Formatter().parse(self.form):
+            if shown and shown not in known:
+                raise UnknownNameError(f"{called}: `form` shows {shown!r}. {near(shown, known)}")
 
     @property
     def measured(self) -> str:

@@ -34,7 +34,6 @@ from cps_agents.progress import Progress
 from cps_agents.sheet import Cell, Sheet, styled
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
-from cps_envs.core.errors import near
 from cps_envs.core.types import FloatArray, Role, other
 
 BASELINE = "Compare with this policy, or with `all` that can play; may be repeated."
@@ -113,10 +112,10 @@ def _contestants(venue: Venue, role: Role, names: Sequence[str]) -> list[Contest
 
 
 def _everybody(venue: Venue, role: Role) -> list[str]:
-    """The usual policies that can play; which of them cannot be found is told."""
+    """The usual policies that can play; which of them cannot is told."""
     found = [(each.reference, admit(venue, role, each)) for each in contestants(venue, usual(venue, role))]
     for reference, admission in found:
-        if admission.unknown:
+        if admission.refusal:
             note(f"Left out: {role} {reference}: {admission.refusal}")
     return [reference for reference, admission in found if admission.plays]
 
@@ -137,20 +136,10 @@ def _with_certificates(table: Table, path: Path) -> tuple[Table, Known]:
 
 
 def _compare(table: Table, known: Known | None, store: Store, workers: int) -> list[Standing]:
-    with built_by_user():
-        _check(table)
-        with Progress("policies against opponents", 1) as progress:
-            standings, reused = compare(table, store, workers, progress.report, known)
+    with built_by_user(), Progress("policies against opponents", 1) as progress:
+        standings, reused = compare(table, store, workers, progress.report, known)
     conclude([], reused)
     return standings
-
-
-def _check(table: Table) -> None:
-    """Refuse a metric that does not exist before anything is played."""
-    metrics = [RETURN, *find_problem(table.venue.problem).game(table.venue.config, 1).metrics()]
-    for name in filter(None, (table.metric, table.per)):
-        if name not in metrics:
-            raise CommandError(f"{table.venue.problem} has no metric {name!r}. {near(name, metrics)}")
 
 
 def _print(table: Table, role: Role, standings: list[Standing]) -> None:

@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.play import Place
-from cps_agents.arena.table import Table
 from cps_agents.heatmap import draw_matrix
 from cps_agents.sheet import Cell, Sheet, csv_text, styled
 from cps_envs import find_problem
-from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.types import ROLES
 from cps_paper.benchmark.schedule import PaperCell
 from cps_paper.benchmark.suite import BenchmarkOutcome
@@ -84,9 +82,6 @@ def _entry(outcome: BenchmarkOutcome, place: Place) -> BenchmarkEntry:
     meeting = (table.name, attacker.name, defender.name)
     means = {name: float(np.mean(values)) for name, values in result["metrics"].items()}
     metric = attacker.metric or table.metric
-    for name in filter(None, (metric, table.per)):
-        if name not in means:
-            raise UnknownNameError(f"table {table.name!r}: there is no metric {name!r}. {near(name, means)}")
     share = means[metric] / ((means[table.per] if table.per else 0.0) or np.nan)
     shown = result["metrics"][metric]
     spread = dict(zip(("lower", "median", "upper"), np.quantile(shown, (0.25, 0.5, 0.75)).tolist(), strict=True))
@@ -99,25 +94,12 @@ def _entry(outcome: BenchmarkOutcome, place: Place) -> BenchmarkEntry:
         value=means[metric],
         deviation=float(np.std(shown)),
         means=means,
-        text=_text(table, {"value": means[metric], "share": share, **spread, **means}),
+        text=table.form.format(value=means[metric], share=share, **spread, **means),
         paper=printed[0] if printed else None,
         crash=means[crashes] > 0 if crashes else None,
         cpu_s=result["cpu_s"],
         metrics=result["metrics"],
     )
-
-
-def _text(table: Table, numbers: Mapping[str, float]) -> str:
-    """A cell, as the table's `form` has it.
-
-    Raises:
-        UnknownNameError: the form shows a number that no episode has.
-    """
-    try:
-        return table.form.format(**numbers)
-    except KeyError as error:
-        name = str(error.args[0])
-        raise UnknownNameError(f"table {table.name!r}: `form` shows {name!r}. {near(name, numbers)}") from error
 
 
 STYLES = {"match": "green", "near": "yellow", "miss": "red"}
@@ -149,7 +131,8 @@ def agreement(outcome: BenchmarkOutcome) -> str:
     counts = ", ".join(f"{sum(entry.verdict == name for entry in printed)} {name}" for name in STYLES)
     crashes = [entry.crash_agrees for entry in printed if entry.crash_agrees is not None]
     flags = f"; crash or not agrees in {sum(crashes)} of {len(crashes)}" if crashes else ""
-    return f"{len(printed)} cells printed in the paper: {counts}, {distance:.2f} points away on average{flags}."
+    cells = f"{len(printed)} cell{'s' * (len(printed) > 1)}"
+    return f"{cells} printed in the paper: {counts}, {distance:.2f} points away on average{flags}."
 
 
 def markdown(outcome: BenchmarkOutcome) -> str:

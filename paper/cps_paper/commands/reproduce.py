@@ -68,6 +68,7 @@ def show(
         found = compute(jobs or available_cores(), lambda share, label: progress.update(int(PERCENT * share), label))
     wall_s = time.monotonic() - started
     files = [] if plot is None else draw(found, plot)
+    undrawn = " No figure: the parts asked for have none." if plot is not None and not files else ""
     files += [] if sheets is None else write_sheets(found, sheets)
     if html is not None:
         files.append(write_report(Report(sheets=[table.sheet for table in found.tables()], title=title), html))
@@ -76,7 +77,7 @@ def show(
     else:
         render(out(), found)
     written = f" Written: {', '.join(map(str, files))}" if files else ""
-    err().print(f"{wall_s:.0f} s.{written}", soft_wrap=True)
+    err().print(f"{wall_s:.0f} s.{written}{undrawn}", soft_wrap=True)
     if not found.passed:
         raise typer.Exit(REGRESSION)
 
