@@ -74,6 +74,12 @@ def _variants(problem: Problem) -> Iterator[tuple[str, str]]:
             yield from ((field.name, choice) for choice in field.metadata.get("choices", ()) if choice != field.default)
 
 
+def configurations(problem: Problem) -> Iterator[tuple[str, Overrides]]:
+    """The presets, and then the presets with one word of the configuration changed."""
+    words: list[Overrides] = [{}, *({field: value} for field, value in _variants(problem))]
+    yield from ((preset, word) for word, preset in product(words, problem.presets))
+
+
 def _try(problem: Problem, overrides: Overrides) -> None:
     """Play a configuration, if it is one: a field may ask for another one."""
     try:
@@ -85,8 +91,7 @@ def _try(problem: Problem, overrides: Overrides) -> None:
 
 def _policy(problem: Problem, role: Role, name: str) -> None:
     """Play a policy against the usual opponent in the first preset that it fits, if need be with one other word."""
-    words = ({}, *({field: value} for field, value in _variants(problem)))
-    for overrides, preset in product(words, problem.presets):
+    for preset, overrides in configurations(problem):
         try:
             return _match(problem, preset, overrides, {**problem.opponents[preset], role: name})
         except (ConfigurationError, MissingExtraError, TypeError):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium
 import numpy as np
 
 from cps_agents.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s
+from cps_agents.warm import Overrides, configurations
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
@@ -34,7 +35,6 @@ SOLVERS: Mapping[str, str] = {  # policies that solve a program at each decision
 OPTIONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {  # policies that want more than a preset
     "disbanding.attacker.plan": ("plan?events=[[10,1],[9,2]]", {}),
     "disbanding.attacker.every_other": ("every_other", {"attack_budget": 5}),
-    "rogue.defender.box_in": ("box_in", {"defense_action": "command"}),
     "hvac.defender.mtd1": ("mtd1", {"window_steps": 100}),  # a full window decides, which comes early so
     "hvac.defender.mtd2": ("mtd2", {"window_steps": 100}),
 }
@@ -47,8 +47,7 @@ class Opponent:
     problem: Problem
     role: Role
     reference: str
-    presets: tuple[str, ...]
-    overrides: Mapping[str, Any] = field(default_factory=dict)
+    configurations: Sequence[tuple[str, Overrides]]  # presets, and what is changed in them
     solver: bool = False
 
     def measure(self, seconds: float, yardsticks: Yardsticks) -> Values:
@@ -58,33 +57,33 @@ class Opponent:
         """
         values: dict[str, float] = {}
         for envs in NUM_ENVS[:1] if self.solver else NUM_ENVS:
-            preset = self._fitting(envs)
+            found = self._fitting(envs)
             asked, idle = (
-                1e6 / envs / calls_per_s(self._decision(preset, envs, reference), seconds / 2)
+                1e6 / envs / calls_per_s(self._decision(*found, envs, reference), seconds / 2)
                 for reference in (self.reference, "none")
             )
             values |= {f"us_{envs}": asked, f"times_none_{envs}": asked / idle}
         return values
 
-    def _fitting(self, envs: int) -> str:
-        """The first preset that the policy fits.
+    def _fitting(self, envs: int) -> tuple[str, Overrides]:
+        """The first configuration that the policy fits.
 
         Raises:
             ConfigurationError: there is none; the message is the last one's.
         """
         why: Exception = ConfigurationError("no presets")
-        for preset in self.presets:
+        for preset, overrides in self.configurations:
             try:
-                self._decision(preset, envs, self.reference)()
+                self._decision(preset, overrides, envs, self.reference)()
             except (ConfigurationError, MissingExtraError, TypeError) as error:
                 why = error
             else:
-                return preset
+                return preset, overrides
         raise ConfigurationError(str(why)) from why
 
-    def _decision(self, preset: str, envs: int, reference: str) -> Call:
-        env_id, options = self.problem.env_id(other(self.role)), dict(self.overrides)
-        made: Any = gymnasium.make_vec(env_id, envs, "vector_entry_point", preset=preset, opponent=reference, **options)
+    def _decision(self, preset: str, overrides: Overrides, envs: int, reference: str) -> Call:
+        options = {"preset": preset, "opponent": reference, **overrides}
+        made: Any = gymnasium.make_vec(self.problem.env_id(other(self.role)), envs, "vector_entry_point", **options)
         made.reset(seed=0)
         neutral = np.stack([made.game.neutral_action[made.role]] * envs)
         return lambda: made.step(neutral)
@@ -96,7 +95,7 @@ def _usual(problem: Problem) -> Iterator[Measurement]:
         for role, reference in usual.items():
             solver = f"{problem.name}.{role}.{reference}" in SOLVERS
             if reference != "none":
-                found = Opponent(problem, role, reference, (preset,), solver=solver)
+                found = Opponent(problem, role, reference, [(preset, {})], solver)
                 name = f"{problem.name}.{role}.{USUAL} {preset}"
                 yield Measurement(PART, name, found.measure, SOLVER if solver else "")
 
@@ -105,17 +104,18 @@ def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The policies of both roles that have names, and the trained ones."""
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
     for problem in problems:
-        presets = tuple(problem.presets)
+        offered = list(configurations(problem))
         yield from _usual(problem)
         for role in ROLES:
             for name in policy_names(problem.name, role):
                 if name in LEFT_OUT:
                     continue
                 full = f"{problem.name}.{role}.{name}"
-                reference, overrides = OPTIONS.get(full, (SOLVERS.get(full, name), {}))
-                found = Opponent(problem, role, reference, presets, overrides, solver=full in SOLVERS)
+                reference, wanted = OPTIONS.get(full, (SOLVERS.get(full, name), {}))
+                fitting = [(preset, {**word, **wanted}) for preset, word in offered]
+                found = Opponent(problem, role, reference, fitting, full in SOLVERS)
                 yield Measurement(PART, full, found.measure, SOLVER if found.solver else "")
             for card in cards:
                 if (card.problem, card.role) == (problem.name, role):
-                    own = Opponent(problem, role, f"zoo:{card.name}", (card.preset,), card.overrides)
+                    own = Opponent(problem, role, f"zoo:{card.name}", [(card.preset, card.overrides)])
                     yield Measurement(PART, f"{problem.name}.{role}.zoo:{card.name}", own.measure)
