@@ -114,8 +114,8 @@ def test_a_misspelt_number_of_a_table_is_named(change: dict[str, str], remedy: s
 
 
 def test_equal_names_are_refused() -> None:
-    with pytest.raises(ConfigurationError, match="2 tables of the benchmark of rogue are called 'easy'"):
-        replace(ROGUE, tables=(ROGUE.tables[-1],) * 2)
+    with pytest.raises(ConfigurationError, match="2 tables of the benchmark of fdi are called 'tasks'"):
+        replace(FDI, tables=(TASKS, TASKS))
     with pytest.raises(ConfigurationError, match="2 defenders of table 'tasks' are called "):
         replace(FDI, tables=(replace(TASKS, defenders=(TASKS.defenders[0],) * 2),))
 

@@ -27,7 +27,7 @@ TABLES = [(name, table) for name in PROBLEMS for table in find_benchmark(name).t
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
-def test_what_a_problem_imports_later_is_there(problem: Problem) -> None:
+def test_what_a_problem_imports_later_is_there(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     config = problem.presets["learning"]
     game = problem.game(config, 1)
     for role in ROLES:
@@ -39,6 +39,9 @@ def test_what_a_problem_imports_later_is_there(problem: Problem) -> None:
     module = pytest.importorskip(f"cps_envs.{problem.name}_v{problem.version}")
     offered = {name.rpartition(".")[2] for form, name in pettingzoo_ids(problem).items() if form != "id"}
     assert offered == {name for name in ("parallel_env", "env", "swarm_env") if hasattr(module, name)}
+    if problem.swarm:
+        monkeypatch.delattr(module, "swarm_env")
+        assert "swarm" not in pettingzoo_ids(problem)
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,14 @@ def test_no_command_imports_torch() -> None:
 def test_list_names_environments_and_policies() -> None:
     result = invoke("list", "disbanding")
     assert result.exit_code == 0
-    for name in ("cps_envs:cps_envs/DisbandingAttack-v0", "swarm_env", "learning", "heuristic", "told: model"):
+    for name in (
+        "cps_envs:cps_envs/DisbandingAttack-v0",
+        "swarm_env",
+        "learning",
+        "heuristic",
+        "told: model",
+        "Told: knows",
+    ):
         assert name in result.stdout
 
 

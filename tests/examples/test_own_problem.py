@@ -70,6 +70,7 @@ def test_the_command_line_plays_it(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert result.exit_code == 0, result.output
     assert "error_ms" in json.dumps(json.loads(result.stdout))
     assert picture.stat().st_size > 0
+    assert "Told:" not in CliRunner().invoke(app, ["list", "own_problem:TANK"]).output  # nobody is
     plain = CliRunner().invoke(app, ["play", "own_problem:TANK", "--set", "duration_s=20"]).output
     assert "paid, in m s: error_ms + flood_fee_ms" in " ".join(plain.split())
 
