@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,11 +13,11 @@ from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.frame import CARDS, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Gauge
 from cps_envs.core.picture.history import History
-from cps_envs.core.picture.marks import Area, Bar, Dots, LevelLine, Line, Mark
+from cps_envs.core.picture.marks import Area, Bar, Dots, Event, LevelLine, Line, Mark
 from cps_envs.core.picture.palette import MUTED, PAGE, WHITE, color_scale, darker, tint
 from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.pixels import PixelCanvas
-from cps_envs.core.picture.plot import ROOM, BarColumns, Plot, rounded_up
+from cps_envs.core.picture.plot import ROOM, Plot, rounded_up
 from cps_envs.core.picture.vehicle import ASPHALT, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import Array, FloatArray
 
@@ -207,11 +208,11 @@ def test_words_that_do_not_fit_beside_a_title_are_left_out() -> None:
 
 
 def test_columns_share_a_panel_and_bars_are_not_too_wide() -> None:
-    columns = BarColumns(PLOT, 4)
-    assert [columns.middle(k) for k in range(4)] == [20.0, 40.0, 60.0, 80.0]
-    assert columns.between(1) == 50.0
-    assert columns.box(3, 5.0) == (70.0, 10.0, 20.0, 45.0)
-    assert [BarColumns(PLOT, count).bar(0.5) for count in (1, 4, 40)] == [28.0, 10.0, 4.0]
+    plot = replace(PLOT, columns=4)
+    assert [plot.middle(k) for k in range(4)] == [20.0, 40.0, 60.0, 80.0]
+    assert plot.between(1) == 50.0
+    assert plot.column(3, 5.0) == (70.0, 10.0, 20.0, 45.0)
+    assert [replace(PLOT, columns=count).bar(0.5) for count in (1, 4, 40)] == [28.0, 10.0, 4.0]
 
 
 def test_panels_side_by_side_fill_the_picture() -> None:
@@ -235,7 +236,7 @@ def test_a_long_subtitle_leaves_the_time_alone() -> None:
 
 
 def test_events_and_cards_are_drawn_where_they_belong() -> None:
-    columns = np.nonzero((framed(events=[(0.5, INK)]) != framed()).any(axis=2))[1]
+    columns = np.nonzero((framed(events=[Event(0.5, INK)]) != framed()).any(axis=2))[1]
     assert abs(columns.mean() - 479.5) < 1
     changed = framed(cards=[("Label", "1.0"), ("Other", "2.0")]) != framed()
     cards = changed[int(CARDS[1]) : int(CARDS[1] + CARDS[3])].any(axis=(0, 2))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from cps_envs.core.picture.canvas import Box, Canvas, Point
 from cps_envs.core.picture.gauge import Gauge, Scale
+from cps_envs.core.picture.marks import Event
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE, Color
 
 WIDTH, HEIGHT, MARGIN = 960, 540, 16
@@ -48,7 +49,7 @@ class Frame:
     progress: float  # share of the episode
     cards: Sequence[tuple[str, str]]  # labels with their values
     pitch: float  # pixels from card to card
-    events: Sequence[tuple[float, Color]] = ()  # shares of the episode
+    events: Sequence[Event] = ()
     gauge: Gauge | Scale | None = None  # in what the cards leave free
     caption: str = ""
     badge: Color | None = None  # behind the caption
@@ -75,8 +76,9 @@ class Frame:
         canvas.box(BAR, BORDER, radius=2)
         if self.progress > 0:
             canvas.box((MARGIN, BAR[1], INNER * min(self.progress, 1.0), BAR[3]), MUTED, radius=2)
-        for share, color in self.events:
-            canvas.box((MARGIN + INNER * min(share, 1.0) - 1, BAR[1] - 2, 3, BAR[3] + 4), color, radius=1)
+        for event in self.events:
+            left = MARGIN + INNER * min(event.share, 1.0) - 1
+            canvas.box((left, BAR[1] - 2, 3, BAR[3] + 4), event.color, radius=1)
 
     def _draw_cards(self, canvas: Canvas) -> None:
         left, top, width, height = CARDS

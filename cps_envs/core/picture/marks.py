@@ -40,7 +40,7 @@ class LevelLine:
 
 @dataclass(frozen=True)
 class Event:
-    """An upright line at a share of the width."""
+    """What happened at a share of the episode: an upright line, and a mark on the header's bar."""
 
     share: float
     color: Color

@@ -19,12 +19,16 @@ NARROWEST_BAR, WIDEST_BAR = 4, 28  # pixels
 
 @dataclass(frozen=True)
 class Plot:
-    """A panel that shows values from `low` to `high`; a logarithmic one those from 10^low to 10^high."""
+    """A panel that shows values from `low` to `high`; a logarithmic one those from 10^low to 10^high.
+
+    Its width is a share of the time of an episode, or equal columns, one for each of so many things.
+    """
 
     box: Box
     low: float
     high: float
     logarithmic: bool = False
+    columns: int = 1
 
     def y(self, value: float) -> float:
         """Height in pixels of a value; of one out of range, the nearest end."""
@@ -58,22 +62,14 @@ class Plot:
         left, _, width, _ = self.box
         return np.asarray(left + ROOM + np.minimum(share, 1.0) * (width - 2 * ROOM))
 
-
-@dataclass(frozen=True)
-class BarColumns:
-    """A panel's width in equal columns, one for each of `count` things."""
-
-    plot: Plot
-    count: int
-
     @property
     def pitch(self) -> float:
         """Pixels from column to column."""
-        return self.plot.box[2] / self.count
+        return self.box[2] / self.columns
 
     def middle(self, place: int) -> float:
         """Pixels from the left of the middle of a column, counted from 0."""
-        return self.plot.box[0] + (place + 0.5) * self.plot.box[2] / self.count
+        return self.box[0] + (place + 0.5) * self.box[2] / self.columns
 
     def between(self, place: int) -> float:
         """Pixels from the left of the line between a column and the next."""
@@ -83,9 +79,9 @@ class BarColumns:
         """Whole pixels of a bar's width that takes a share of its column."""
         return float(np.clip(round(share * self.pitch), NARROWEST_BAR, WIDEST_BAR))
 
-    def box(self, place: int, below: float = 0.0) -> Box:
+    def column(self, place: int, below: float = 0.0) -> Box:
         """A column, with some pixels below the panel."""
-        left, top, _, height = self.plot.box
+        left, top, _, height = self.box
         return (left + place * self.pitch, top, self.pitch, height + below)
 
 

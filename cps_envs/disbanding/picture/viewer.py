@@ -6,6 +6,7 @@ import numpy as np
 
 from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, Frame
 from cps_envs.core.picture.gauge import Scale
+from cps_envs.core.picture.marks import Event
 from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.disbanding.picture.convoy import VEHICLE_M, lay_out
 from cps_envs.disbanding.picture.palette import DISBANDED, SPEED_SCALE
@@ -41,7 +42,7 @@ def frame_of(scene: Scene, caption_y: float) -> Frame:
         subtitle=f"{len(scene.disbanding_s)} platoons of {scene.vehicles_per_platoon} vehicles",
         time=(f"{scene.time_s:.1f} s", f"{scene.duration_s:g} s"),
         progress=scene.time_s / scene.duration_s,
-        events=[(time_s / scene.duration_s, DISBANDED) for time_s in begun.tolist()],
+        events=[Event(time_s / scene.duration_s, DISBANDED) for time_s in begun.tolist()],
         cards=[
             ("Mean speed", f"{scene.speed.mean():.1f} m/s"),
             ("Velocity error, all", f"{metrics['velocity_error_all']:.2f} %"),

@@ -8,7 +8,7 @@ from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, BarValue, LevelLine, Mark
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, WHITE, Color, tint
 from cps_envs.core.picture.panel import Panel
-from cps_envs.core.picture.plot import BarColumns, Plot
+from cps_envs.core.picture.plot import Plot
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.picture.palette import TARGET
@@ -33,26 +33,24 @@ def closing_speeds(plot: Plot, scene: Scene) -> Panel:
 
 def commands(plot: Plot, scene: Scene, config: FdiConfig) -> Panel:
     """Commanded accelerations between their limits; red beyond. Below, the vehicles' numbers."""
-    columns, marks = BarColumns(plot, len(scene.gap)), list[Mark]()
+    width, marks = plot.bar(BAR), list[Mark]()
     low, high = config.min_acceleration_mps2, config.max_acceleration_mps2
-    width = columns.bar(BAR)
     for i, command in enumerate(scene.command.tolist()):
         beyond = config.limit_commands and not low - SLACK <= command <= high + SLACK
-        marks.append(Bar(columns.middle(i) - width / 2, width, command, DAMAGE if beyond else TRUE))
+        marks.append(Bar(plot.middle(i) - width / 2, width, command, DAMAGE if beyond else TRUE))
     title = "Commanded acceleration (m/s²)"
     if config.limit_commands:
         title += f", limits {low:g} and {high:g}"
         marks += [LevelLine(low, DAMAGE), LevelLine(high, DAMAGE)]
-    return Panel(plot, title, [*marks, partial(draw_numbers, scene)], bands=bands(plot, scene, None))
+    return Panel(plot, title, [*marks, partial(draw_numbers, scene.target)], bands=bands(plot, scene, None))
 
 
 def sensor_marks(plot: Plot, scene: Scene, name: str, first: int) -> list[Mark]:
     """Bars of the truth; beside them those of attacked sensors, from index `first` on, and what was used instead."""
-    columns, marks = BarColumns(plot, len(scene.gap)), list[Mark]()
-    width, numbered = columns.bar(BAR), columns.pitch >= NARROWEST_NUMBERED
-    for i in range(columns.count):
+    width, numbered, marks = plot.bar(BAR), plot.pitch >= NARROWEST_NUMBERED, list[Mark]()
+    for i in range(plot.columns):
         true, reported, used = (float(getattr(scene, f"{seen}{name}")[i]) for seen in ("", "reported_", "used_"))
-        x, attacked, trusted = columns.middle(i), bool(scene.attacked[first + i]), bool(scene.trusted[first + i])
+        x, attacked, trusted = plot.middle(i), bool(scene.attacked[first + i]), bool(scene.trusted[first + i])
         bar = Bar(x - width - 1 if attacked else x - width / 2, width, true, TRUE)
         false = Bar(x + 1, width, reported, FALSE, hollow=True)
         marks += [bar, false] if attacked else [bar]
@@ -70,23 +68,23 @@ def draw_used(x: float, reach: float, value: float, canvas: Canvas, plot: Plot) 
     canvas.box((x - reach, round(plot.y(value)) - 1, 2 * reach, 3), BELIEVED, radius=1)
 
 
-def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
+def draw_numbers(target: int, canvas: Canvas, plot: Plot) -> None:
     """The vehicles' numbers below a panel, the target's on a badge."""
-    columns, y = BarColumns(plot, len(scene.gap)), plot.box[1] + plot.box[3] + 9
-    for i in range(columns.count):
-        label, x, target = str(i + 1), columns.middle(i), i + 1 == scene.target
-        if target:
+    y = plot.box[1] + plot.box[3] + 9
+    for i in range(plot.columns):
+        label, x, targeted = str(i + 1), plot.middle(i), i + 1 == target
+        if targeted:
             badge = canvas.text_width(label, WHITE, SMALL) + 10
             canvas.box((x - badge / 2, y - 7, badge, 13), TARGET, radius=3)
-        canvas.text(label, (x, y), WHITE if target else MUTED, SMALL, align=0.5)
+        canvas.text(label, (x, y), WHITE if targeted else MUTED, SMALL, align=0.5)
 
 
 def bands(plot: Plot, scene: Scene, first: int | None) -> list[tuple[Box, Color]]:
     """The target's column, and those whose sensors, from index `first` on, are attacked."""
-    columns, shown = BarColumns(plot, len(scene.gap)), []
-    for i in range(columns.count):
+    shown = []
+    for i in range(plot.columns):
         if first is not None and scene.attacked[first + i]:
-            shown.append((columns.box(i), tint(FALSE, 0.14)))
+            shown.append((plot.column(i), tint(FALSE, 0.14)))
         elif i + 1 == scene.target:
-            shown.append((columns.box(i), tint(TARGET, 0.08)))
+            shown.append((plot.column(i), tint(TARGET, 0.08)))
     return shown

@@ -89,11 +89,11 @@ def panels(scene: Scene, config: FdiConfig, history: History) -> list[Panel]:
     """Those of all vehicles, then those of the target over time; of gaps and closing speeds both have one range."""
     gap, speed, command, injection = ranges(scene, config, history)
     left, right = side_by_side(PLOTS_TOP, PLOT_HEIGHT, PITCH)
-    curves = history.curves()
+    curves, n = history.curves(), len(scene.gap)
     return [
-        gaps(Plot(left[0], *gap), scene),
-        closing_speeds(Plot(left[1], *speed), scene),
-        commands(Plot(left[2], *command), scene, config),
+        gaps(Plot(left[0], *gap, columns=n), scene),
+        closing_speeds(Plot(left[1], *speed, columns=n), scene),
+        commands(Plot(left[2], *command, columns=n), scene, config),
         target_gap(Plot(right[0], *gap), scene, curves),
         target_closing_speed(Plot(right[1], *speed), scene, curves),
         injections(Plot(right[2], *injection), scene, curves, config.dt_s),

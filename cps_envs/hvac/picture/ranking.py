@@ -10,8 +10,8 @@ from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.marks import SMALL, LevelLine, Mark
 from cps_envs.core.picture.palette import BELIEVED, FALSE, GRID, INK, MUTED, TRUE, tint
 from cps_envs.core.picture.panel import Panel
-from cps_envs.core.picture.plot import BarColumns, Plot
-from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.core.picture.plot import Plot
+from cps_envs.core.types import BoolArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import flawed_sets
 from cps_envs.hvac.picture.palette import HONEST
@@ -27,26 +27,25 @@ def ranking(plot: Plot, scene: Scene, config: HvacConfig, member: BoolArray) -> 
     """A column for each set: a dot for its mean residual, a line for the newest; below, which sensors it has."""
     metrics, marks = scene.metrics, list[Mark]()
     if 0 < scene.choice <= len(member):
-        marks.append(partial(draw_choice, scene, len(member)))
+        marks.append(partial(draw_choice, scene.choice - 1))
     if scene.ready:
         marks += [LevelLine(config.threshold_c2, INK), partial(draw_values, scene, member)]
-    if BarColumns(plot, len(member)).pitch >= NARROWEST:
+    if plot.pitch >= NARROWEST:
         marks.append(partial(draw_members, scene, member))
     used = f"{metrics['distinct_sets']:.0f} used, {metrics['flawed_steps']:.0f} steps on flawed ones"
     return Panel(plot, f"{len(member)} sets now: mean (dot), newest (line)", marks, note=(used, MUTED))
 
 
-def draw_choice(scene: Scene, sets: int, canvas: Canvas, plot: Plot) -> None:
+def draw_choice(chosen: int, canvas: Canvas, plot: Plot) -> None:
     """The column of the chosen set."""
-    canvas.box(BarColumns(plot, sets).box(scene.choice - 1, BELOW), tint(BELIEVED, 0.3))
+    canvas.box(plot.column(chosen, BELOW), tint(BELIEVED, 0.3))
 
 
 def draw_values(scene: Scene, member: BoolArray, canvas: Canvas, plot: Plot) -> None:
     """The residuals, in the colours of intact and flawed sets."""
-    pitch = plot.box[2] / len(member)
-    x: FloatArray = plot.box[0] + (np.arange(len(member), dtype=np.float64) + 0.5) * pitch
+    x = np.array([plot.middle(place) for place in range(plot.columns)])
     means, newest = plot.points(x, scene.mean_residual), plot.points(x, scene.residual)
-    reach = max(min(pitch / 2 - 1, 7.0), 1.0)
+    reach = max(min(plot.pitch / 2 - 1, 7.0), 1.0)
     dot = min(reach, 3.0)
     flawed = flawed_sets(member, scene.compromised)
     for (middle, mean), (_, last), has_lie in zip(means, newest, flawed.tolist(), strict=True):
@@ -58,8 +57,8 @@ def draw_values(scene: Scene, member: BoolArray, canvas: Canvas, plot: Plot) -> 
 def draw_members(scene: Scene, member: BoolArray, canvas: Canvas, plot: Plot) -> None:
     """A row for each sensor, in which its number or a mark stands under every set that it is in."""
     left, top, width, height = plot.box
-    sets, sensors = member.shape
-    pitch, row = width / sets, min((BELOW - 3) / sensors, TALLEST_ROW)
+    pitch, sensors = plot.pitch, member.shape[1]
+    row = min((BELOW - 3) / sensors, TALLEST_ROW)
     written = row >= LEAST_ROW and pitch >= LEAST_PITCH
     mark, thick = min(pitch - 2, 12.0), max(row - 1.5, 1.0)
     for sensor in range(sensors):
@@ -68,7 +67,7 @@ def draw_members(scene: Scene, member: BoolArray, canvas: Canvas, plot: Plot) ->
         if not written:
             canvas.box((left, middle, width, 1), GRID)
         for a in np.flatnonzero(member[:, sensor]).tolist():
-            x = left + (a + 0.5) * pitch
+            x = plot.middle(a)
             if written:
                 canvas.text(str(sensor + 1), (x, middle), color, SMALL, align=0.5)
             else:

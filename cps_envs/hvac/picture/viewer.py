@@ -9,6 +9,7 @@ from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.frame import HEIGHT, MARGIN, WIDTH, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Scale
 from cps_envs.core.picture.history import History
+from cps_envs.core.picture.marks import Event
 from cps_envs.core.picture.palette import BELIEVED, FALSE, MUTED, TRUE
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot, rounded_up
@@ -65,7 +66,7 @@ def panels(scene: Scene, config: HvacConfig, curves: Curves, member: BoolArray) 
         temperature(boxes[0], scene, curves, config),
         residuals(Plot(boxes[1], low, high, logarithmic=True), scene, curves, config, flawed),
         impact(Plot(boxes[2], 0.0, rounded_up(max(2.0, scene.metrics["a_impact"]))), scene, curves, config),
-        ranking(Plot(boxes[3], low, high, logarithmic=True), scene, config, member),
+        ranking(Plot(boxes[3], low, high, logarithmic=True, columns=len(member)), scene, config, member),
     ]
 
 
@@ -79,7 +80,7 @@ def frame_of(scene: Scene, config: HvacConfig, belief: EstimateSource) -> Frame:
         subtitle=f"{task}, forged from {clock(scene.onset, config)} h on",
         time=(clock(scene.step, config), f"{clock(last, config)} h"),
         progress=scene.step / last,
-        events=[(scene.onset / last, FALSE)],
+        events=[Event(scene.onset / last, FALSE)],
         cards=[
             ("A_impact so far", f"{metrics['a_impact']:.2f} C²"),
             ("Mean error", f"{metrics['mean_abs_error_c']:.2f} °C"),

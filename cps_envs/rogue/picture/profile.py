@@ -8,7 +8,7 @@ from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, BarValue, LevelLine, Mark
 from cps_envs.core.picture.palette import DAMAGE, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.core.picture.panel import Panel
-from cps_envs.core.picture.plot import BarColumns, Plot
+from cps_envs.core.picture.plot import Plot
 from cps_envs.rogue.picture.palette import AHEAD, ALARM, ATTACKER, BEHIND, LAW_COLORS, OTHER, WANTED
 from cps_envs.rogue.picture.scene import Scene
 
@@ -21,9 +21,9 @@ def gaps(plot: Plot, scene: Scene) -> Panel:
     colors = {scene.attacker: AHEAD, scene.attacker - 1: BEHIND}  # pairs with the attacker stand out
     marks: list[Mark] = [LevelLine(scene.desired_gap_m, MUTED)]
     for pair, gap in enumerate(scene.gap.tolist()):
-        marks += pair_marks(plot, scene, pair, gap, colors.get(pair, OTHER) if gap >= 0 else DAMAGE)
+        marks += pair_marks(plot, pair, gap, colors.get(pair, OTHER) if gap >= 0 else DAMAGE)
         if (growth := wanted_growth(scene, pair)) > 0:
-            marks.append(partial(draw_wanted, scene, pair, scene.desired_gap_m + growth))
+            marks.append(partial(draw_wanted, pair, scene.desired_gap_m + growth))
     words = [("wanted after growth", WANTED)] if scene.growth.any() else []
     return Panel(plot, "Gap of each pair (m)", marks, words=words, bands=bands(plot, scene))
 
@@ -35,20 +35,18 @@ def wanted_growth(scene: Scene, pair: int) -> float:
     return max(behind, ahead)
 
 
-def draw_wanted(scene: Scene, pair: int, gap_m: float, canvas: Canvas, plot: Plot) -> None:
+def draw_wanted(pair: int, gap_m: float, canvas: Canvas, plot: Plot) -> None:
     """Ticks on both sides of a pair's bar."""
-    columns = columns_of(plot, scene)
-    x, half = columns.between(pair), columns.bar(BAR) / 2
+    x, half = plot.between(pair), plot.bar(BAR) / 2
     for left in (x - 1.7 * half, x + half):
         canvas.box((left, round(plot.y(gap_m)) - 1, 0.7 * half, 3), WANTED)
 
 
 def detectors(plot: Plot, scene: Scene) -> Panel:
     """The detectors of each intact vehicle, the rear one left of the front one; yellow where it raised the alarm."""
-    columns, marks = columns_of(plot, scene), list[Mark]()
-    width = columns.bar(BAR) / 2
+    width, marks = plot.bar(BAR) / 2, list[Mark]()
     for i, (front, rear) in enumerate((scene.detector / scene.alarm_threshold).tolist()):
-        x = columns.middle(i)
+        x = plot.middle(i)
         for value, left, side in ((rear, x - width - 1, -1), (front, x + 1, 1)):
             if value > 0:
                 marks.append(Bar(left, width, value, ALARM if scene.alarm[i] == side else OTHER))
@@ -59,26 +57,25 @@ def detectors(plot: Plot, scene: Scene) -> Panel:
 def damages(plot: Plot, scene: Scene, unit: str) -> Panel:
     """The damage of each pair so far; below, the vehicles' numbers."""
     hurt = [(pair, damage) for pair, damage in enumerate(scene.damage.tolist()) if damage > 0]
-    marks = [mark for pair, damage in hurt for mark in pair_marks(plot, scene, pair, damage, DAMAGE)]
+    marks = [mark for pair, damage in hurt for mark in pair_marks(plot, pair, damage, DAMAGE)]
     title = f"Damage of each pair so far ({unit})"
     return Panel(plot, title, [*marks, partial(draw_numbers, scene)], bands=bands(plot, scene))
 
 
-def pair_marks(plot: Plot, scene: Scene, pair: int, value: float, color: Color) -> list[Mark]:
+def pair_marks(plot: Plot, pair: int, value: float, color: Color) -> list[Mark]:
     """A pair's bar between its vehicles' columns, and its value where there is room."""
-    columns = columns_of(plot, scene)
-    width = columns.bar(BAR)
-    bar = Bar(columns.between(pair) - width / 2, width, value, color)
+    width = plot.bar(BAR)
+    bar = Bar(plot.between(pair) - width / 2, width, value, color)
     inside = value > plot.high and color in (AHEAD, BEHIND) and width >= WIDE_BAR
-    return [bar, BarValue(bar, WHITE if inside else INK)] if columns.pitch >= NARROWEST_NUMBERED else [bar]
+    return [bar, BarValue(bar, WHITE if inside else INK)] if plot.pitch >= NARROWEST_NUMBERED else [bar]
 
 
 def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
     """Below a panel each vehicle's number in the colour of its law, and how much its separation has grown."""
-    columns, y = columns_of(plot, scene), plot.box[1] + plot.box[3] + 10
-    badge, wide = min(columns.pitch - 3, 34), columns.pitch >= NARROWEST_NUMBERED
+    y = plot.box[1] + plot.box[3] + 10
+    badge, wide = min(plot.pitch - 3, 34), plot.pitch >= NARROWEST_NUMBERED
     for i, law in enumerate(scene.law):
-        x = columns.middle(i)
+        x = plot.middle(i)
         canvas.box((x - badge / 2, y - 7, badge, 14), LAW_COLORS[law], radius=3)
         canvas.text(str(i + 1), (x, y + 1), WHITE if i == scene.attacker else INK, SMALL, align=0.5)
         if scene.growth[i] > 0:
@@ -86,11 +83,6 @@ def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
             canvas.text(f"+{scene.growth[i]:g}{unit}", (x, y + 15), MUTED, size, align=0.5)
 
 
-def columns_of(plot: Plot, scene: Scene) -> BarColumns:
-    """A column for each vehicle."""
-    return BarColumns(plot, len(scene.position))
-
-
 def bands(plot: Plot, scene: Scene) -> list[tuple[Box, Color]]:
     """The attacker's column."""
-    return [(columns_of(plot, scene).box(scene.attacker), tint(ATTACKER, 0.13))]
+    return [(plot.column(scene.attacker), tint(ATTACKER, 0.13))]

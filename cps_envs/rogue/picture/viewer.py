@@ -70,7 +70,7 @@ def damaged_since(history: History, time_s: float) -> BoolArray:
 
 def panels(scene: Scene, curves: Curves) -> list[Panel]:
     """Bars of each vehicle on the left, curves over time on the right."""
-    desired, m, unit = scene.desired_gap_m, scene.attacker, UNITS[scene.contact]
+    desired, m, n, unit = scene.desired_gap_m, scene.attacker, len(scene.position), UNITS[scene.contact]
     beside = curves["gap"][:, max(m - 1, 0) : m + 1]
     lowest, highest = float(beside.min()), float(beside.max())
     shown = (-rounded_up(max(desired / 2, -HEADROOM * lowest)), rounded_up(max(3 * desired, HEADROOM * highest)))
@@ -78,9 +78,9 @@ def panels(scene: Scene, curves: Curves) -> list[Panel]:
     worst, total = (rounded_up(max(1.0, HEADROOM * float(value))) for value in (scene.damage.max(), scene.damage.sum()))
     left, right = side_by_side(PLOTS_TOP, PLOT_HEIGHT, PITCH)
     return [
-        gaps(Plot(left[0], -desired, 4 * desired), scene),
-        detectors(Plot(left[1], 0.0, 1.6), scene),
-        damages(Plot(left[2], 0.0, worst), scene, unit),
+        gaps(Plot(left[0], -desired, 4 * desired, columns=n), scene),
+        detectors(Plot(left[1], 0.0, 1.6, columns=n), scene),
+        damages(Plot(left[2], 0.0, worst, columns=n), scene, unit),
         gap_curves(Plot(right[0], *shown), scene, curves),
         speed_curves(Plot(right[1], 0.0, speed), scene, curves),
         damage_curve(Plot(right[2], 0.0, total), scene, curves, unit),
@@ -100,7 +100,7 @@ def frame_of(scene: Scene, config: RogueConfig, struck: BoolArray) -> Frame:
         progress=scene.time_s / scene.duration_s,
         cards=cards(scene, charged=config.formation_weight_mps2 > 0),
         pitch=CARD,
-        events=[(event.share, event.color) for event in onsets(scene)],
+        events=onsets(scene),
         gauge=effort(scene),
         caption=caption,
         badge=DAMAGE if pairs else None,

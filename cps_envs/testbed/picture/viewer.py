@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, Frame
-from cps_envs.core.picture.marks import Event, LevelLine, Line, Mark, seconds
-from cps_envs.core.picture.palette import DAMAGE, MUTED, Color, tint
+from cps_envs.core.picture.marks import Event, LevelLine, Line, seconds
+from cps_envs.core.picture.palette import DAMAGE, MUTED, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot
 from cps_envs.core.picture.viewer import CanvasViewer
@@ -28,20 +28,19 @@ class RobotViewer(CanvasViewer):
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
         canvas, config = self._canvas, self._config
-        disbandings = [(time_s / config.duration_s, DISBANDED) for time_s in disbanded_at(scene)]
-        frame_of(scene, config, disbandings).draw(canvas)
+        frame_of(scene, config).draw(canvas)
         draw_track(canvas, scene, Circle(CENTER, RADIUS, config.radius_m), config)
-        for panel in panels(scene, config, [Event(*event) for event in disbandings]):
+        for panel in panels(scene, config):
             panel.draw(canvas)
 
 
-def disbanded_at(scene: Scene) -> list[float]:
-    """The times in s at which platoons were disbanded."""
-    times: list[float] = scene.disbanding_s[np.isfinite(scene.disbanding_s)].tolist()
-    return times
+def disbandings(scene: Scene, config: RobotConfig) -> list[Event]:
+    """When platoons were disbanded."""
+    begun = scene.disbanding_s[np.isfinite(scene.disbanding_s)]
+    return [Event(share, DISBANDED) for share in (begun / config.duration_s).tolist()]
 
 
-def frame_of(scene: Scene, config: RobotConfig, events: list[tuple[float, Color]]) -> Frame:
+def frame_of(scene: Scene, config: RobotConfig) -> Frame:
     """What is shown, the time, the attacks, and the metrics so far."""
     metrics = scene.metrics
     return Frame(
@@ -49,7 +48,7 @@ def frame_of(scene: Scene, config: RobotConfig, events: list[tuple[float, Color]
         subtitle=f"{config.num_robots} robots in {config.num_platoons} platoons on a circle of {config.radius_m:g} m",
         time=(f"{scene.time_s:.1f} s", f"{config.duration_s:g} s"),
         progress=scene.time_s / config.duration_s,
-        events=events,
+        events=disbandings(scene, config),
         cards=[
             ("E_v of the intact robots", f"{metrics['velocity_error']:.1f} %"),
             ("Lowest speed of these", f"{metrics['lowest_speed_mps']:.3f} m/s"),
@@ -62,7 +61,7 @@ def frame_of(scene: Scene, config: RobotConfig, events: list[tuple[float, Color]
     )
 
 
-def panels(scene: Scene, config: RobotConfig, disbandings: list[Mark]) -> tuple[Panel, Panel]:
+def panels(scene: Scene, config: RobotConfig) -> tuple[Panel, Panel]:
     """Speeds, over the window in which E_v is measured, and gaps ahead, with where bodies touch."""
     width = WIDTH - MARGIN - AXIS - LEFT
     speed = Plot((LEFT, TOP, width, HEIGHT), 0.0, config.max_speed_mps)
@@ -71,18 +70,19 @@ def panels(scene: Scene, config: RobotConfig, disbandings: list[Mark]) -> tuple[
     begin, end = (float(speed.along(period / config.num_periods)) for period in (first, min(last, config.num_periods)))
     window = ((begin, TOP, end - begin, HEIGHT), tint(MUTED, 0.08))
     gaps = np.hstack([np.full((len(scene.gaps), 1), np.inf), scene.gaps])
+    begun = disbandings(scene, config)
     desired, touching = LevelLine(config.desired_speed_mps, MUTED), LevelLine(config.body_length_m, DAMAGE, solid=True)
     return (
         Panel(
             speed,
             "Speeds (m/s); grey: where E_v is measured",
-            [desired, *disbandings, *curves(scene, scene.speeds, speed, config)],
+            [desired, *begun, *curves(scene, scene.speeds, speed, config)],
             bands=[window] if first < config.num_periods else [],
         ),
         Panel(
             gap,
             "Gaps ahead (m), centre to centre;",
-            [touching, *disbandings, *curves(scene, gaps, gap, config), seconds(config.duration_s)],
+            [touching, *begun, *curves(scene, gaps, gap, config), seconds(config.duration_s)],
             words=[("bodies touch", DAMAGE)],
             spacing=4,
         ),
