@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import is_dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -90,7 +90,7 @@ def every_change() -> Iterator[object]:
 @pytest.mark.parametrize(("pictured", "change"), list(every_change()))
 def test_everything_in_a_scene_is_visible(pictured: Pictured, change: dict[str, Any]) -> None:
     scene = shown(pictured)
-    changed = replace(scene, **change) if is_dataclass(scene) else scene._replace(**change)
+    changed = replace(scene, **change)
     assert not np.array_equal(frame(pictured, scene), frame(pictured, changed))
 
 

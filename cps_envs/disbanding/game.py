@@ -180,12 +180,10 @@ class DisbandingGame(Game):
         """What the viewer draws of an episode."""
         state, present = self.state, slice(0, int(self.constants["num_vehicles"][b]))
         return Scene(
+            config=self.config,
             time_s=float(state.step[b] * self.constants["dt_s"][b]),
-            duration_s=self.config.duration_s,
-            vehicles_per_platoon=self.config.vehicles_per_platoon,
             position=state.position[b, present].copy(),
             speed=state.speed[b, present].copy(),
-            max_speed_mps=self.config.max_speed_mps,
             disbanding_s=state.disbanding_s[b, : present.stop // self.config.vehicles_per_platoon].copy(),
             takeover_delay_s=state.takeover_delay_s[b, present].copy(),
             collided=state.collided[b, present].copy(),

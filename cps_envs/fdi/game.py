@@ -208,12 +208,10 @@ class FdiGame(Game):
         rates = slice(half, half + n)
         believed = state.prediction if filters else np.full(2 * n, np.nan)
         return Scene(
+            config=config,
             episode=int(self._episodes[b]),
             time_s=float(self.state.step[b] * config.dt_s),
-            duration_s=config.horizon * config.dt_s,
-            task=str(task),
             target=task.target,
-            desired_gap_m=config.desired_gap_m,
             gap=state.error[:n] + config.desired_gap_m,
             closing_speed=-state.error[n:],
             reported_gap=state.reading[:n] + config.desired_gap_m,
@@ -227,6 +225,5 @@ class FdiGame(Game):
             trusted=state.trust[order] > 0,
             attack_from_s=float(self.state.onset[b] * config.dt_s),
             command=state.command.copy(),
-            max_acceleration_mps2=config.max_acceleration_mps2,
             metrics=self.episode_metrics(b),
         )

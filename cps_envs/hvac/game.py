@@ -169,7 +169,7 @@ class HvacGame(Game):
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
-        return scene_of(self.state, self.constants, b, int(self._episodes[b]), self.episode_metrics(b))
+        return scene_of(self.config, self.state, self.constants, b, int(self._episodes[b]), self.episode_metrics(b))
 
 
 @kernel

@@ -273,11 +273,11 @@ def moment(time_s: float, value: float = 0.0, *, episode: int = 0) -> SimpleName
 
 
 def add(history: History, time_s: float, value: float = 0.0, *, episode: int = 0) -> None:
-    history.add(moment(time_s, value, episode=episode), (time_s,))
+    history.add(moment(time_s, value, episode=episode))
 
 
 def remembering(most_points: int = 100) -> History:
-    return History(("time_s", "values"), most_points)
+    return History(("time_s",), ("values",), most_points)
 
 
 def test_moments_follow_each_other_and_the_last_can_be_told_again() -> None:
@@ -291,9 +291,9 @@ def test_moments_follow_each_other_and_the_last_can_be_told_again() -> None:
 
 
 def test_what_tells_two_moments_of_a_time_apart_keeps_both() -> None:
-    history = remembering()
+    history = History(("time_s", "sensed"), ("values",), 100)
     for sensed in (0.0, 1.0, 1.0):
-        history.add(moment(1.0), (1.0, sensed), sensed=sensed)
+        history.add(SimpleNamespace(episode=0, time_s=1.0, values=np.zeros(2), sensed=sensed))
     assert history.curves()["sensed"].tolist() == [0.0, 1.0]
 
 
@@ -303,7 +303,7 @@ def test_another_episode_time_that_goes_back_and_other_shapes_begin_anew() -> No
         add(history, time_s, episode=episode)
         assert len(history.every()["time_s"]) == known
     assert history.curves()["values"].tolist() == [[1.0, 0.0]]
-    history.add(SimpleNamespace(episode=1, time_s=4.0, values=np.zeros(3)), (4.0,))
+    history.add(SimpleNamespace(episode=1, time_s=4.0, values=np.zeros(3)))
     assert history.curves()["values"].shape == (1, 3)
 
 

@@ -232,7 +232,7 @@ def test_one_vehicle_is_attacked_and_its_platoon_hears_of_it_link_by_link() -> N
     attacked = set()
     for period in range(10):
         for b in range(40):
-            human = lay_out(game.scene(b), game.config).human
+            human = lay_out(game.scene(b)).human
             delays = game.state.takeover_delay_s[b, :10]
             member = int(np.flatnonzero(delays == 0.0)[0])
             attacked.add(member + 1)

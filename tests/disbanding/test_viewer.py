@@ -27,20 +27,21 @@ def test_absent_platoons_are_left_out() -> None:
     drawn = DisbandingConfig(num_platoons=(2, 10))
     scene = played(drawn, {}, 0)
     assert len(scene.disbanding_s) < 10
-    assert np.array_equal(frame(scene, drawn), frame(scene, DisbandingConfig(num_platoons=len(scene.disbanding_s))))
+    fixed = DisbandingConfig(num_platoons=len(scene.disbanding_s))
+    assert np.array_equal(frame(scene, drawn), frame(replace(scene, config=fixed), fixed))
 
 
 def test_a_row_holds_a_platoon_in_steady_state_and_everything_fits_later() -> None:
-    convoy = lay_out(START, CONFIG)
+    convoy = lay_out(START)
     assert convoy.rows == 10
     np.testing.assert_allclose(convoy.spans()[:, 0], BEYOND_M + np.arange(10) * convoy.row_m)
-    stretched = lay_out(played(CONFIG, {1: 10}, 60), CONFIG)
+    stretched = lay_out(played(CONFIG, {1: 10}, 60))
     assert stretched.row_m > convoy.row_m
     assert stretched.behind_m.max() + VEHICLE_M <= stretched.road_m
 
 
 def test_gaps_are_drawn_between_bumpers() -> None:
-    convoy = lay_out(START, CONFIG)
+    convoy = lay_out(START)
     np.testing.assert_allclose(np.diff(convoy.behind_m), VEHICLE_M - np.diff(START.position))
 
 

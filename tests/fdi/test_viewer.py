@@ -9,14 +9,14 @@ import pytest
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BELIEVED, FALSE
 from cps_envs.core.picture.plot import Plot
-from cps_envs.fdi.config import CLIP, FIG_3_2, FdiConfig
+from cps_envs.fdi.config import CLIP, FIG_3_2
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
 from cps_envs.fdi.picture.course import KEPT
 from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
 from cps_envs.fdi.picture.road import VEHICLE_M, lay_out
 from cps_envs.fdi.picture.scene import Scene
-from cps_envs.fdi.picture.viewer import MOST_POINTS, panels, remember, with_illegal_readings
+from cps_envs.fdi.picture.viewer import FdiViewer, panels, with_illegal_readings
 from tests.fdi.pictures import COLLISION, CONFIG, CRASH, EVERY, START, UNDER_WAY, frame, inject, opened, played
 
 DEFENDED = replace(CLIP, attacked="x1,4+v2")
@@ -26,29 +26,29 @@ pygame = pytest.importorskip("pygame")
 
 
 def test_what_was_used_instead_is_visible() -> None:
-    replaced = UNDER_WAY._replace(trusted=np.arange(8) != 3)
-    elsewhere = replaced._replace(used_gap=replaced.used_gap + 2)
+    replaced = replace(UNDER_WAY, trusted=np.arange(8) != 3)
+    elsewhere = replace(replaced, used_gap=replaced.used_gap + 2)
     assert not np.array_equal(frame(replaced), frame(elsewhere))
 
 
 def test_collision_is_named_and_marked() -> None:
     assert COLLISION.metrics["collided_target"] == 1
-    assert outcome_of(COLLISION, CONFIG) == f"Collision: 4 hits reference at {COLLISION.closing_speed[3]:.2f} m/s"
-    unmarked = COLLISION._replace(metrics=COLLISION.metrics | {"collided_pairs": 0, "collided_target": 0})
+    assert outcome_of(COLLISION) == f"Collision: 4 hits reference at {COLLISION.closing_speed[3]:.2f} m/s"
+    unmarked = replace(COLLISION, metrics=COLLISION.metrics | {"collided_pairs": 0, "collided_target": 0})
     road = np.s_[150:200]
     assert not np.array_equal(frame(COLLISION)[road], frame(unmarked)[road])
 
 
 def test_of_many_collisions_the_fastest_are_named() -> None:
-    scene = COLLISION._replace(gap=-np.ones(4), closing_speed=np.array([1.0, 4.0, 2.0, 3.0]))
+    scene = replace(COLLISION, gap=-np.ones(4), closing_speed=np.array([1.0, 4.0, 2.0, 3.0]))
     expected = "Collision: 2 hits 3 at 4.00 m/s, 4 hits reference at 3.00 m/s, and 2 more pairs"
-    assert outcome_of(scene, CONFIG) == expected
+    assert outcome_of(scene) == expected
 
 
 def test_illegal_command_is_named_and_its_reading_shown() -> None:
     scene = played(CONFIG, [-8, -8, 70])
     assert scene.metrics["illegal"] == 1
-    assert outcome_of(scene, CONFIG).startswith("Illegal: vehicle 4 would have to command 3")
+    assert outcome_of(scene).startswith("Illegal: vehicle 4 would have to command 3")
     np.testing.assert_allclose(with_illegal_readings(scene).reported_gap[3], scene.gap[3] + 35.0)
     assert frame(scene).shape == (540, 960, 3)
 
@@ -56,12 +56,12 @@ def test_illegal_command_is_named_and_its_reading_shown() -> None:
 def test_illegal_reading_is_named() -> None:
     config = replace(CONFIG, limit_commands=False)
     scene = with_illegal_readings(played(config, [-12]))
-    assert outcome_of(scene, config) == "Illegal: range below 0 m reported by 4"
+    assert outcome_of(scene) == "Illegal: range below 0 m reported by 4"
 
 
 def test_time_that_is_up_is_said() -> None:
-    assert outcome_of(UNDER_WAY, CONFIG) == ""
-    assert outcome_of(played(CONFIG, [0] * CONFIG.horizon), CONFIG) == "No collision in time"
+    assert outcome_of(UNDER_WAY) == ""
+    assert outcome_of(played(CONFIG, [0] * CONFIG.horizon)) == "No collision in time"
 
 
 def test_task_in_words() -> None:
@@ -83,12 +83,12 @@ def test_task_in_words() -> None:
 )
 def test_certificate_in_words(bound: float, value: float, valid: float, text: str) -> None:
     metrics = START.metrics | {"oracle_bound_mps": bound, "oracle_value_mps": value, "bound_valid": valid}
-    assert certificate_of(START._replace(metrics=metrics)) == text
+    assert certificate_of(replace(START, metrics=metrics)) == text
 
 
 def test_readings_out_of_this_world() -> None:
     for gap in (-1000.0, -3.0, 0.0, 1000.0):
-        scene = UNDER_WAY._replace(used_gap=np.full(4, gap), reported_gap=np.full(4, gap), gap=np.full(4, -gap))
+        scene = replace(UNDER_WAY, used_gap=np.full(4, gap), reported_gap=np.full(4, gap), gap=np.full(4, -gap))
         assert frame(scene).shape == (540, 960, 3)
 
 
@@ -101,7 +101,7 @@ def test_gaps_are_drawn_to_scale_between_bumpers() -> None:
 
 def test_reference_stays_and_a_long_platoon_fits() -> None:
     assert lay_out(START, ROAD).reference == lay_out(UNDER_WAY, ROAD).reference
-    stretched = lay_out(START._replace(gap=np.full(4, 40.0)), ROAD)
+    stretched = lay_out(replace(START, gap=np.full(4, 40.0)), ROAD)
     assert stretched.scale < lay_out(START, ROAD).scale
     assert stretched.front[0] - stretched.car[0] > 0
 
@@ -139,26 +139,26 @@ def test_free_rows_never_overlap() -> None:
 
 
 def remembering() -> History:
-    return History(KEPT, MOST_POINTS)
+    return History(FdiViewer.moment, KEPT, FdiViewer.most_points)
 
 
 def recorded(game: FdiGame, history: History, levels: Sequence[int], draw: Callable[[int], bool]) -> Scene:
     scene = game.scene(0)
     for step, level in enumerate(levels):
         if draw(step):
-            remember(history, scene, game.config.dt_s)
+            history.add(with_illegal_readings(scene))
         scene = inject(game, level)
-    remember(history, scene, game.config.dt_s)
+    history.add(with_illegal_readings(scene))
     return scene
 
 
 def test_history_keeps_truth_and_readings_at_their_own_times() -> None:
     game, history = opened(CONFIG), remembering()
     scenes = [game.scene(0)]
-    remember(history, scenes[0], CONFIG.dt_s)
+    history.add(with_illegal_readings(scenes[0]))
     for level in CRASH[:5]:
         scenes.append(inject(game, level))
-        remember(history, scenes[-1], CONFIG.dt_s)
+        history.add(with_illegal_readings(scenes[-1]))
     curves = history.curves()
     gap, injection = curves["gap"][:, 3], curves["injection"][:, 3]
     np.testing.assert_allclose(curves["time_s"], 0.2 * np.arange(6))
@@ -176,7 +176,7 @@ def test_history_begins_anew_with_an_episode_or_when_time_goes_back() -> None:
     game.reset(EVERY, [np.random.default_rng(0)])
     scene = recorded(game, history, CRASH[:6], lambda step: step > 4)
     np.testing.assert_allclose(history.curves()["time_s"], [1.0, 1.2])
-    remember(history, scene._replace(time_s=0.4), CONFIG.dt_s)
+    history.add(with_illegal_readings(replace(scene, time_s=0.4)))
     np.testing.assert_allclose(history.curves()["time_s"], [0.4])
     assert history.every()["gap"].max() == scene.gap.max()
 
@@ -184,9 +184,9 @@ def test_history_begins_anew_with_an_episode_or_when_time_goes_back() -> None:
 def test_history_takes_a_moment_once_and_keeps_what_preceded_an_illegal_injection() -> None:
     game, history = opened(CONFIG), remembering()
     scene = recorded(game, history, [-8, -8], lambda step: True)
-    remember(history, scene, CONFIG.dt_s)
+    history.add(with_illegal_readings(scene))
     assert len(history.every()["gap"]) == 3
-    remember(history, inject(game, 70), CONFIG.dt_s)
+    history.add(with_illegal_readings(inject(game, 70)))
     curves = history.curves()
     np.testing.assert_array_equal(curves["injection"][:, 3], [0.0, -4.0, -4.0, 35.0])
     np.testing.assert_allclose(curves["sensed_s"], [0.0, 0.0, 0.2, 0.4])
@@ -201,16 +201,14 @@ def test_environments_and_episodes_are_told_apart() -> None:
     assert len(set(seen)) == 9
 
 
-def shown(scene: Scene, config: FdiConfig) -> list[Plot]:
+def shown(scene: Scene) -> list[Plot]:
     history = remembering()
-    remember(history, scene, config.dt_s)
-    return [panel.plot for panel in panels(scene, config, history)]
+    history.add(with_illegal_readings(scene))
+    return [panel.plot for panel in panels(scene, history)]
 
 
 def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
-    gap, speed, command, gaps, speeds, injection = shown(
-        UNDER_WAY._replace(gap=np.array([5.0, 31.0, 5.0, 5.0])), CONFIG
-    )
+    gap, speed, command, gaps, speeds, injection = shown(replace(UNDER_WAY, gap=np.array([5.0, 31.0, 5.0, 5.0])))
     assert (gap.low, gap.high) == (gaps.low, gaps.high)
     assert (speed.low, speed.high) == (speeds.low, speeds.high)
     assert gap.shows(31.0)
@@ -219,6 +217,6 @@ def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
 
 
 def test_unlimited_commands_widen_their_axis() -> None:
-    command = shown(START._replace(command=np.array([0.0, -30.0, 0.0, 12.0])), FIG_3_2)[2]
+    command = shown(replace(START, command=np.array([0.0, -30.0, 0.0, 12.0]), config=FIG_3_2))[2]
     assert command.shows(-30.0)
     assert command.shows(12.0)

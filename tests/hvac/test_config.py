@@ -157,6 +157,7 @@ def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
     assert not House(config, HOUSE).afar
     generator = np.random.default_rng(0)
     scene = Scene(
+        config=config,
         episode=0,
         step=300,
         onset=250,

@@ -8,13 +8,12 @@ import pytest
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.marks import Area
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.picture.belief import belief_of, clock, flawed_sets
+from cps_envs.hvac.picture.belief import belief_of, clock
 from cps_envs.hvac.picture.course import KEPT, marked_steps, range_of, worst_zone
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.layout import arrange
 from cps_envs.hvac.picture.palette import TEMPERATURE_SCALE, temperature_color
-from cps_envs.hvac.picture.viewer import HOUSE, MOST_POINTS, panels
-from cps_envs.hvac.sensors import membership
+from cps_envs.hvac.picture.viewer import HOUSE, HvacViewer, panels
 from tests.hvac.games import go, started
 from tests.hvac.pictures import CONFIG, DAY, MODEL, UNDER_WAY, attacked, frame, ring
 
@@ -76,7 +75,7 @@ def test_linked_zones_share_a_wall_and_other_links_are_told() -> None:
 
 def belief(step: int, choice: int) -> tuple[str, list[bool], bool]:
     scene = replace(UNDER_WAY, step=step, choice=choice)
-    return tuple(belief_of(scene, CONFIG, membership(CONFIG)))  # type: ignore[return-value]
+    return tuple(belief_of(scene))  # type: ignore[return-value]
 
 
 def test_belief_names_the_sensors_behind_the_estimate() -> None:
@@ -98,18 +97,18 @@ def test_the_last_choice_means_all_sensors_until_the_window_is_full() -> None:
 
 
 def test_curves_hold_what_was_true_believed_and_read() -> None:
-    member, game = membership(CONFIG), started(**DAY)
-    history = History(KEPT, MOST_POINTS)
+    game = started(**DAY)
+    history = History(HvacViewer.moment, KEPT, HvacViewer.most_points)
     for scene in [game.scene(0), *attacked(game, 120, 3)]:
-        history.add(scene, (scene.step,), impact=scene.metrics["a_impact"])
-        history.add(scene, (scene.step,), impact=scene.metrics["a_impact"])
+        history.add(scene)
+        history.add(scene)
     curves = history.curves()
     assert curves["step"].tolist() == list(range(121))
     for name in ("temperature", "estimate", "reading"):
         np.testing.assert_array_equal(curves[name][-1], getattr(scene, name))
-    flawed = flawed_sets(member, scene.compromised)
+    flawed = scene.flawed
     assert flawed.sum() == 11
-    drawn = panels(scene, CONFIG, curves, member)[1].marks
+    drawn = panels(scene, curves)[1].marks
     of_flawed, of_intact = (mark for mark in drawn if isinstance(mark, Area))
     assert len(of_intact.share) == 21  # none before step 100, when the window is full
     assert of_intact.high[-1] == scene.mean_residual[~flawed].max()
@@ -122,8 +121,8 @@ def test_the_worst_zone_has_the_largest_error_since_the_onset() -> None:
     temperature[105:, 2] = 24.0
     curves = {"step": np.arange(120.0), "temperature": temperature}
     before = {name: values[:105] for name, values in curves.items()}
-    assert worst_zone(replace(UNDER_WAY, step=104), before, CONFIG) == 0
-    assert worst_zone(replace(UNDER_WAY, step=119), curves, CONFIG) == 2
+    assert worst_zone(replace(UNDER_WAY, step=104), before) == 0
+    assert worst_zone(replace(UNDER_WAY, step=119), curves) == 2
 
 
 def test_absurd_estimates_do_not_flatten_the_temperatures() -> None:
@@ -158,7 +157,7 @@ def test_drifting_heat_and_a_wrong_forecast_are_shown_beside_what_is_believed() 
     np.testing.assert_array_equal(scene.believed_heat, game.state.filtered[0, 14, 4:])
     np.testing.assert_array_equal(scene.unknown_heat, game.state.heat[0] + game.state.heat_drift[0, 240])
     assert scene.outdoor_c - scene.forecast_c == pytest.approx(game.state.outdoor_error[0, 240])
-    belief = belief_of(scene, game.config, membership(game.config))
+    belief = belief_of(scene)
     assert belief.source == "Controller follows the Kalman filter of sensors 1, 2, 3 and 4"
     assert belief.believed.all()
     shown = frame(scene, game.config)
@@ -174,6 +173,6 @@ def test_a_filter_without_sensors_says_so() -> None:
     game = started(preset="learning")
     go(game, 0, num_steps=200)
     go(game, 31)
-    belief = belief_of(game.scene(0), game.config, membership(game.config))
+    belief = belief_of(game.scene(0))
     assert belief.source == "Controller follows the Kalman filter of no sensor"
     assert not belief.believed.any()

@@ -12,7 +12,7 @@ from cps_envs.rogue.picture.course import KEPT
 from cps_envs.rogue.picture.palette import LAW_COLORS
 from cps_envs.rogue.picture.profile import wanted_growth
 from cps_envs.rogue.picture.road import lay_out, named, window_m
-from cps_envs.rogue.picture.viewer import MOST_POINTS, RogueViewer, damaged_since, panels
+from cps_envs.rogue.picture.viewer import RogueViewer, damaged_since, panels
 from tests.agents.command_line import invoke
 from tests.pictured import bumped
 from tests.rogue.pictures import CONFIG, EVERY, PUSHED, SCATTERED, SOLID, START, UNDER_WAY, drive, frame, opened
@@ -24,9 +24,10 @@ pygame = pytest.importorskip("pygame")
 
 def test_the_charge_is_shown_where_there_is_one() -> None:
     charged = replace(CONFIG, formation_weight_mps2=0.5)
-    more = replace(UNDER_WAY, metrics=UNDER_WAY.metrics | {"formation_charge": 7.0})
-    assert np.array_equal(frame(UNDER_WAY), frame(more))
-    assert not np.array_equal(frame(UNDER_WAY, charged), frame(more, charged))
+    more = UNDER_WAY.metrics | {"formation_charge": 7.0}
+    assert np.array_equal(frame(UNDER_WAY), frame(replace(UNDER_WAY, metrics=more)))
+    under_charge = replace(UNDER_WAY, config=charged)
+    assert not np.array_equal(frame(under_charge), frame(replace(under_charge, metrics=more)))
 
 
 def test_the_attacker_stays_where_it_is_and_gaps_are_to_scale() -> None:
@@ -34,7 +35,7 @@ def test_the_attacker_stays_where_it_is_and_gaps_are_to_scale() -> None:
         road = lay_out(scene, ROAD)
         assert road.centre[2] == pytest.approx(ROAD[0] + ROAD[2] / 2)
         np.testing.assert_allclose(np.diff(road.centre), np.diff(scene.position) * road.scale)
-        assert road.car[0] == pytest.approx(scene.vehicle_length_m * road.scale, abs=0.5)
+        assert road.car[0] == pytest.approx(scene.config.vehicle_length_m * road.scale, abs=0.5)
     assert lay_out(START, ROAD).reference == pytest.approx(lay_out(START, ROAD).centre[-1])
 
 
@@ -67,15 +68,19 @@ def test_markings_stay_on_the_road() -> None:
 
 def test_contact_is_marked_while_it_lasts_and_shortly_after() -> None:
     game = opened(SOLID)
-    scene, viewer, history = game.scene(0), RogueViewer(SOLID), History(KEPT, MOST_POINTS)
+    scene, viewer, history = (
+        game.scene(0),
+        RogueViewer(SOLID),
+        History(RogueViewer.moment, KEPT, RogueViewer.most_points),
+    )
     while not scene.damage.any():
-        history.add(scene, (scene.time_s,))
+        history.add(scene)
         scene = drive(game, 1.0)
-    history.add(scene, (scene.time_s,))
+    history.add(scene)
     np.testing.assert_array_equal(damaged_since(history, scene.time_s - 0.6), scene.damage > 0)
     for _ in range(8):
         scene = replace(scene, time_s=scene.time_s + 0.1)
-        history.add(scene, (scene.time_s,))
+        history.add(scene)
     assert not damaged_since(history, scene.time_s - 0.6).any()
     released = replace(scene, touching=np.zeros_like(scene.touching))
     held = replace(scene, touching=np.ones_like(scene.touching))
@@ -105,9 +110,9 @@ def test_every_law_has_its_own_colour() -> None:
 
 
 def test_axes_hold_what_they_show() -> None:
-    history = History(KEPT, MOST_POINTS)
+    history = History(RogueViewer.moment, KEPT, RogueViewer.most_points)
     for scene in (START, UNDER_WAY, PUSHED, SCATTERED):
-        history.add(replace(scene, episode=1), (scene.time_s,))
+        history.add(replace(scene, episode=1))
     curves = history.curves()
     _, _, damage, gaps, speeds, total = (panel.plot for panel in panels(SCATTERED, curves))
     assert gaps.low <= curves["gap"][:, 1:3].min() <= curves["gap"][:, 1:3].max() <= gaps.high

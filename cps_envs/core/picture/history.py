@@ -11,21 +11,22 @@ from cps_envs.core.types import FloatArray
 
 
 class History:
-    """Some fields of an episode's scenes up to the present; another episode, or time that goes back, begins anew."""
+    """Some fields of an episode's scenes up to the present; another episode, or time that goes back, begins anew.
 
-    def __init__(self, names: Sequence[str], most_points: int) -> None:
-        self._names, self._most = names, most_points  # of a curve
+    A moment is what the fields in `moment` say: its time, and whatever else tells two of that time apart.
+    """
+
+    def __init__(self, moment: Sequence[str], names: Sequence[str], most_points: int) -> None:
+        self._clock, self._names, self._most = moment, (*moment, *names), most_points  # of a curve
         self._episode: int | None = None
         self._moment: tuple[float, ...] = ()
         self._count = 0
         self._rows: dict[str, FloatArray] = {}
 
-    def add(self, scene: Any, moment: tuple[float, ...], **more: float) -> None:
-        """Take in a scene, and numbers beside it; the same moment again replaces what was known of it.
-
-        A moment is its time, and whatever else tells two of that time apart.
-        """
-        values = {name: getattr(scene, name) for name in self._names} | more
+    def add(self, scene: Any) -> None:
+        """Take in a scene; the same moment again replaces what was known of it."""
+        values = {name: getattr(scene, name) for name in self._names}
+        moment = tuple(values[name] for name in self._clock)
         shapes = {name: np.shape(value) for name, value in values.items()}
         same = scene.episode == self._episode and shapes == {name: rows.shape[1:] for name, rows in self._rows.items()}
         if not same or moment[0] < self._moment[0]:

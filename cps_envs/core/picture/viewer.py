@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.frame import HEIGHT, WIDTH
+from cps_envs.core.picture.history import History
 from cps_envs.core.picture.pixels import PixelCanvas
 from cps_envs.core.picture.recording import Recorder
 from cps_envs.core.problem import Problem, imported
@@ -15,9 +17,6 @@ from cps_envs.core.types import Array
 
 class CanvasViewer(ABC):
     """Draws scenes of one configuration on a canvas: on one of pixels, unless another is given.
-
-    A viewer whose curves hold what it has seen of an episode has a method `watch(scene)`, too, which takes a moment in
-    without drawing it.
 
     Raises:
         MissingExtraError: no canvas is given, and pygame is not installed.
@@ -43,6 +42,22 @@ class CanvasViewer(ABC):
             raise TypeError(f"{type(self._canvas).__name__} has no pixels: call draw(scene)")
         self.draw(scene)
         return self._canvas.pixels()
+
+
+class RememberingViewer(CanvasViewer):
+    """A viewer whose curves hold the moments of the same episode that it has seen before."""
+
+    moment: ClassVar[Sequence[str]] = ("time_s",)  # fields of a scene, see `History`
+    kept: ClassVar[Sequence[str]]  # its other fields that become curves
+    most_points: ClassVar[int]  # of a curve
+
+    def __init__(self, config: Any, canvas: Canvas | None = None) -> None:
+        super().__init__(config, canvas)
+        self._history = History(self.moment, self.kept, self.most_points)
+
+    def watch(self, scene: Any) -> None:
+        """Take a moment in without drawing it, so that later curves hold it."""
+        self._history.add(scene)
 
 
 def recording_viewer(problem: Problem, config: Any) -> tuple[CanvasViewer, Recorder] | None:

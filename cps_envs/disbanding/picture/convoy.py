@@ -9,7 +9,6 @@ import numpy as np
 
 from cps_envs.core.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray
-from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.controllers import TIME_TOLERANCE
 from cps_envs.disbanding.picture.palette import speed_level
 from cps_envs.disbanding.picture.scene import Scene
@@ -38,7 +37,7 @@ class Convoy:
 
     def spans(self) -> FloatArray:
         """Metres behind the end of the road of each platoon's first bumper and last tail, (N, 2)."""
-        platoons = self.behind_m.reshape(-1, self.scene.vehicles_per_platoon)
+        platoons = self.behind_m.reshape(-1, self.scene.config.vehicles_per_platoon)
         return np.stack([platoons.min(axis=1), platoons.max(axis=1) + VEHICLE_M], axis=1)
 
     def disbanded(self) -> BoolArray:
@@ -46,12 +45,13 @@ class Convoy:
         return self.scene.disbanding_s <= self.scene.time_s
 
 
-def lay_out(scene: Scene, config: DisbandingConfig) -> Convoy:
+def lay_out(scene: Scene) -> Convoy:
     """Put the front at the right end of the first row.
 
     In steady state a row holds one platoon (of more than ten: two or more); rows get longer when the string does.
     """
-    size, platoons = scene.vehicles_per_platoon, len(scene.disbanding_s)
+    config, platoons = scene.config, len(scene.disbanding_s)
+    size = config.vehicles_per_platoon
     bumper = scene.position - VEHICLE_M * np.arange(len(scene.position))
     end_m = float(bumper.max()) + BEYOND_M
     behind = end_m - bumper
@@ -62,7 +62,7 @@ def lay_out(scene: Scene, config: DisbandingConfig) -> Convoy:
     return Convoy(
         scene=scene,
         behind_m=behind,
-        level=speed_level(scene.speed, scene.max_speed_mps),
+        level=speed_level(scene.speed, config.max_speed_mps),
         human=np.repeat(scene.disbanding_s, size) + scene.takeover_delay_s <= scene.time_s + TIME_TOLERANCE,
         end_m=end_m,
         rows=rows,

@@ -19,13 +19,13 @@ DASH_M = 50.0
 DOT = 7  # pixels
 
 
-def draw_profile(canvas: Canvas, convoy: Convoy, box: Box, desired_speed_mps: float) -> None:
+def draw_profile(canvas: Canvas, convoy: Convoy, box: Box) -> None:
     """Speed over position in the upper part of a box, the strip and the platoons' numbers below, on one scale."""
     left, top, width, height = box
     plot = (left, top, width - AXIS, height - STRIP - NUMBERS)
     scale = plot[2] / convoy.road_m
     x = left + plot[2] - convoy.behind_m * scale  # (M,) front bumpers
-    draw_axes(canvas, convoy, plot, scale, desired_speed_mps)
+    draw_axes(canvas, convoy, plot, scale)
     draw_speeds(canvas, convoy, x, plot)
     draw_strip(canvas, convoy, x, (left, top + plot[3], plot[2], STRIP), scale)
     draw_numbers(canvas, convoy, left + plot[2], top + height - NUMBERS / 2 + 1, scale)
@@ -36,7 +36,7 @@ def height_of(speed: FloatArray | float, max_speed_mps: float, plot: Box) -> Flo
     return np.asarray(plot[1] + plot[3] - 6 - np.asarray(speed) / max_speed_mps * (plot[3] - 12))
 
 
-def draw_axes(canvas: Canvas, convoy: Convoy, plot: Box, scale: float, desired_speed_mps: float) -> None:
+def draw_axes(canvas: Canvas, convoy: Convoy, plot: Box, scale: float) -> None:
     """Grid, speed axis, desired speed, and signs that stand beside the road at fixed distances."""
     left, top, width, height = plot
     canvas.box(plot, PANEL)
@@ -45,8 +45,8 @@ def draw_axes(canvas: Canvas, convoy: Convoy, plot: Box, scale: float, desired_s
     for metres in np.arange(first_m, convoy.end_m, pitch_m).tolist():
         x = left + width - (convoy.end_m - metres) * scale
         canvas.box((x, top, 1, height), GRID)
-    maximum = convoy.scene.max_speed_mps
-    for speed in [*np.arange(0.0, max(desired_speed_mps - 4.0, 1.0), 10.0), desired_speed_mps]:
+    maximum, desired = convoy.scene.config.max_speed_mps, convoy.scene.config.desired_speed_mps
+    for speed in [*np.arange(0.0, max(desired - 4.0, 1.0), 10.0), desired]:
         y = float(height_of(speed, maximum, plot))
         canvas.box((left, y, width, 1), GRID)
         canvas.text(f"{speed:.0f}", (left + width + 8, y), MUTED, SMALL)
@@ -57,7 +57,7 @@ def draw_axes(canvas: Canvas, convoy: Convoy, plot: Box, scale: float, desired_s
 
 def draw_speeds(canvas: Canvas, convoy: Convoy, x: FloatArray, plot: Box) -> None:
     """A dot for each vehicle, hollow for human drivers, a cross for those in a collision, joined front to rear."""
-    y = height_of(convoy.scene.speed, convoy.scene.max_speed_mps, plot)
+    y = height_of(convoy.scene.speed, convoy.scene.config.max_speed_mps, plot)
     canvas.path(list(zip(x.tolist(), y.tolist(), strict=True)), MARKING)
     for q in range(len(x)):
         color = SPEED_SCALE[int(convoy.level[q])]
@@ -98,7 +98,7 @@ def draw_beliefs(canvas: Canvas, convoy: Convoy, x: FloatArray, box: Box) -> Non
     """What intact vehicles know, over what is true of them: in the lower half of the strip, and a blocked link."""
     scene, top, height = convoy.scene, box[1], box[3]
     if scene.warned is not None:
-        for q in np.flatnonzero(~np.repeat(convoy.disbanded(), scene.vehicles_per_platoon)).tolist():
+        for q in np.flatnonzero(~np.repeat(convoy.disbanded(), scene.config.vehicles_per_platoon)).tolist():
             color = WARNED if scene.warned[q] else UNWARNED
             canvas.box((float(x[q]) - 3, top + height / 2, 3, height / 2 - 3), color)
     if 0 <= scene.jammed_after < len(x) - 1:

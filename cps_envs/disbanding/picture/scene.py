@@ -5,18 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.disbanding.config import DisbandingConfig
 
 
 @dataclass(frozen=True)
 class Scene:
     """One episode at one time; M vehicles front to rear, N platoons front to rear."""
 
+    config: DisbandingConfig
     time_s: float
-    duration_s: float
-    vehicles_per_platoon: int
     position: FloatArray  # (M,) m
     speed: FloatArray  # (M,) m/s
-    max_speed_mps: float
     disbanding_s: FloatArray  # (N,) s, +inf while intact
     takeover_delay_s: FloatArray  # (M,) s, between disbanding and the driver's taking over
     collided: BoolArray  # (M,)

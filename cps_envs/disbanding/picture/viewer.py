@@ -25,24 +25,23 @@ class DisbandingViewer(CanvasViewer):
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
-        canvas, convoy = self._canvas, lay_out(scene, self._config)
+        canvas, convoy = self._canvas, lay_out(scene)
         road = min(ROAD_HEIGHT, TALLEST_ROW * convoy.rows)
         top = HEIGHT - MARGIN / 2 - road
         frame_of(scene, top - 10).draw(canvas)
-        profile = (MARGIN, PROFILE_TOP, INNER, top - 24 - PROFILE_TOP)
-        draw_profile(canvas, convoy, profile, self._config.desired_speed_mps)
+        draw_profile(canvas, convoy, (MARGIN, PROFILE_TOP, INNER, top - 24 - PROFILE_TOP))
         draw_road(canvas, convoy, (MARGIN, top, INNER, road))
 
 
 def frame_of(scene: Scene, caption_y: float) -> Frame:
     """What is shown, the time, the attacks, and the metrics so far."""
-    metrics, begun = scene.metrics, scene.disbanding_s[np.isfinite(scene.disbanding_s)]
+    config, metrics, begun = scene.config, scene.metrics, scene.disbanding_s[np.isfinite(scene.disbanding_s)]
     return Frame(
         title="Platoon disbanding",
-        subtitle=f"{len(scene.disbanding_s)} platoons of {scene.vehicles_per_platoon} vehicles",
-        time=(f"{scene.time_s:.1f} s", f"{scene.duration_s:g} s"),
-        progress=scene.time_s / scene.duration_s,
-        events=[Event(time_s / scene.duration_s, DISBANDED) for time_s in begun.tolist()],
+        subtitle=f"{len(scene.disbanding_s)} platoons of {config.vehicles_per_platoon} vehicles",
+        time=(f"{scene.time_s:.1f} s", f"{config.duration_s:g} s"),
+        progress=scene.time_s / config.duration_s,
+        events=[Event(time_s / config.duration_s, DISBANDED) for time_s in begun.tolist()],
         cards=[
             ("Mean speed", f"{scene.speed.mean():.1f} m/s"),
             ("Velocity error, all", f"{metrics['velocity_error_all']:.2f} %"),
@@ -51,7 +50,7 @@ def frame_of(scene: Scene, caption_y: float) -> Frame:
             ("Stopped, intact", f"{metrics['stopped_share']:.0f} %"),
         ],
         pitch=CARD,
-        gauge=scale(scene.max_speed_mps),
+        gauge=scale(config.max_speed_mps),
         caption=CAPTION if scene.warned is None else BELIEFS,
         legend=LEGEND,
         caption_y=caption_y,

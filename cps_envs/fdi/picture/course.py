@@ -19,13 +19,16 @@ from cps_envs.fdi.picture.scene import Scene
 Curves = dict[str, FloatArray]  # what `core.picture.history.History` tells
 SEEN = ("", "reported_", "used_", "believed_")  # true values, and what is made of them
 MEASURED = tuple(f"{seen}{name}" for name in ("gap", "closing_speed") for seen in SEEN)
-KEPT = ("time_s", "command", "injection", "trusted", *MEASURED)
+KEPT = ("command", "injection", "trusted", *MEASURED)
 
 
 def target_gap(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """The target's gap, true and reported."""
     ahead = "reference" if scene.target == len(scene.gap) else str(scene.target + 1)
-    desired, marks = LevelLine(scene.desired_gap_m, MUTED), target_marks(plot, scene, curves, "gap", scene.target - 1)
+    desired, marks = (
+        LevelLine(scene.config.desired_gap_m, MUTED),
+        target_marks(plot, scene, curves, "gap", scene.target - 1),
+    )
     return Panel(plot, f"Target gap, {scene.target} to {ahead}, over time (m)", [desired, *marks])
 
 
@@ -66,10 +69,10 @@ def draw_outside(share: float, value: float, canvas: Canvas, plot: Plot) -> None
     canvas.text(f"{value:.1f}", (x, y - 8 * up), FALSE, SMALL, align=0.5)
 
 
-def injections(plot: Plot, scene: Scene, curves: Curves, step_s: float) -> Panel:
+def injections(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """What is added to each attacked sensor, held for a step; the title names them with their present values."""
     read = curves["time_s"] > 0
-    held_s = np.stack([curves["sensed_s"][read], curves["sensed_s"][read] + step_s], 1).ravel()
+    held_s = np.stack([curves["sensed_s"][read], curves["sensed_s"][read] + scene.config.dt_s], 1).ravel()
     words, marks = [], list[Mark]()
     for k, sensor in enumerate(np.flatnonzero(scene.attacked).tolist()):
         color, (name, unit) = FALSES[k % len(FALSES)], name_of(sensor, len(scene.gap))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.picture.scene import Scene
 
@@ -48,7 +47,7 @@ def is_certified(scene: Scene) -> bool:
     return bool(np.isfinite(bound) and (bound > 0 or scene.metrics["bound_valid"]))
 
 
-def outcome_of(scene: Scene, config: FdiConfig) -> str:
+def outcome_of(scene: Scene) -> str:
     """Who collided, what was illegal, or that time is up; empty while the episode goes on."""
     if scene.metrics["collided_pairs"]:
         pairs = np.flatnonzero(scene.gap <= SLACK)
@@ -56,8 +55,8 @@ def outcome_of(scene: Scene, config: FdiConfig) -> str:
         more = f", and {len(fastest) - 2} more pairs" if len(fastest) > 2 else ""
         return "Collision: " + ", ".join(collision_of(scene, pair) for pair in fastest[:2]) + more
     if scene.metrics["illegal"]:
-        return f"Illegal: {reason_of(scene, config)}"
-    return "No collision in time" if scene.time_s > scene.duration_s - config.dt_s / 2 else ""
+        return f"Illegal: {reason_of(scene)}"
+    return "No collision in time" if scene.time_s > scene.duration_s - scene.config.dt_s / 2 else ""
 
 
 def collision_of(scene: Scene, pair: int) -> str:
@@ -66,8 +65,9 @@ def collision_of(scene: Scene, pair: int) -> str:
     return f"{pair + 1} hits {ahead} at {scene.closing_speed[pair]:.2f} m/s"
 
 
-def reason_of(scene: Scene, config: FdiConfig) -> str:
+def reason_of(scene: Scene) -> str:
     """Which limit, (3.49) or (3.50), the last injection exceeded."""
+    config = scene.config
     low, high = config.min_acceleration_mps2 - SLACK, config.max_acceleration_mps2 + SLACK
     excess = np.maximum(low - scene.command, scene.command - high)
     worst = int(excess.argmax())

@@ -9,7 +9,6 @@ from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, BarValue, LevelLin
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, WHITE, Color, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot
-from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.picture.palette import TARGET
 from cps_envs.fdi.picture.scene import Scene
@@ -20,7 +19,7 @@ NARROWEST_NUMBERED = 34  # pixels of a column, below which values are not writte
 
 def gaps(plot: Plot, scene: Scene) -> Panel:
     """True gaps, and what attacked range sensors report."""
-    desired, marks = LevelLine(scene.desired_gap_m, MUTED), sensor_marks(plot, scene, "gap", 0)
+    desired, marks = LevelLine(scene.config.desired_gap_m, MUTED), sensor_marks(plot, scene, "gap", 0)
     return Panel(plot, "Gap ahead of each vehicle (m)", [desired, *marks], bands=bands(plot, scene, 0))
 
 
@@ -31,9 +30,9 @@ def closing_speeds(plot: Plot, scene: Scene) -> Panel:
     return Panel(plot, "Closing speed of each vehicle (m/s)", marks, bands=bands(plot, scene, first))
 
 
-def commands(plot: Plot, scene: Scene, config: FdiConfig) -> Panel:
+def commands(plot: Plot, scene: Scene) -> Panel:
     """Commanded accelerations between their limits; red beyond. Below, the vehicles' numbers."""
-    width, marks = plot.bar(BAR), list[Mark]()
+    config, width, marks = scene.config, plot.bar(BAR), list[Mark]()
     low, high = config.min_acceleration_mps2, config.max_acceleration_mps2
     for i, command in enumerate(scene.command.tolist()):
         beyond = config.limit_commands and not low - SLACK <= command <= high + SLACK

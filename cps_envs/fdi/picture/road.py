@@ -46,12 +46,12 @@ class Road:
 def lay_out(scene: Scene, box: Box) -> Road:
     """The reference stays where it is; the scale is that of the steady state unless the platoon becomes longer."""
     left, top, width, _ = box
-    n = len(scene.gap)
+    n, desired_m = len(scene.gap), scene.config.desired_gap_m
     lead_first = scene.gap[::-1]
     behind_m = (np.cumsum(lead_first) + VEHICLE_M * np.arange(n))[::-1]  # reference's rear to front bumpers
-    ahead_m = VEHICLE_M + AHEAD_GAPS * scene.desired_gap_m
-    steady_m = n * (VEHICLE_M + scene.desired_gap_m) + BEHIND_GAPS * scene.desired_gap_m
-    longest_m = max(steady_m, float(behind_m.max()) + VEHICLE_M + scene.desired_gap_m / 2)
+    ahead_m = VEHICLE_M + AHEAD_GAPS * desired_m
+    steady_m = n * (VEHICLE_M + desired_m) + BEHIND_GAPS * desired_m
+    longest_m = max(steady_m, float(behind_m.max()) + VEHICLE_M + desired_m / 2)
     scale = width / (ahead_m + longest_m)
     reference = left + width - ahead_m * scale
     length = max(round(VEHICLE_M * scale), 6)

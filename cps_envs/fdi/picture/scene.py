@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.fdi.config import FdiConfig
 
 
-class Scene(NamedTuple):
+@dataclass(frozen=True)
+class Scene:
     """A snapshot; vehicles in the order of the paper, 1 (last) to n (lead)."""
 
+    config: FdiConfig
     episode: int  # differs between the episodes of a game
     time_s: float
-    duration_s: float
-    task: str  # such as "x4>4"
     target: int  # vehicle
-    desired_gap_m: float
     gap: FloatArray  # (n,) true gap ahead of each vehicle, m; of the lead: to its virtual reference
     closing_speed: FloatArray  # (n,) -e_v, m/s
     reported_gap: FloatArray  # (n,) m, in the last step
@@ -29,5 +30,14 @@ class Scene(NamedTuple):
     trusted: BoolArray  # (R,) readings that the defender let pass, in the same order
     attack_from_s: float  # injections work from then on
     command: FloatArray  # (n,) m/s2
-    max_acceleration_mps2: float
     metrics: dict[str, Any]
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the episode."""
+        return self.config.horizon * self.config.dt_s
+
+    @property
+    def sensed_s(self) -> float:
+        """When the sensors were read: a step before, unless an illegal injection stopped everything."""
+        return max(self.time_s - (0.0 if self.metrics["illegal"] else self.config.dt_s), 0.0)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.frame import INNER, MARGIN, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Gauge
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, tint
 from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.plot import Plot, rounded_up
-from cps_envs.core.picture.viewer import CanvasViewer
-from cps_envs.fdi.config import FdiConfig
+from cps_envs.core.picture.viewer import RememberingViewer
 from cps_envs.fdi.picture.course import KEPT, injections, target_closing_speed, target_gap
 from cps_envs.fdi.picture.outcome import certificate_of, is_certified, outcome_of, task_of
 from cps_envs.fdi.picture.palette import TARGET
@@ -22,7 +21,6 @@ from cps_envs.fdi.picture.profile import closing_speeds, commands, gaps
 from cps_envs.fdi.picture.road import draw_road
 from cps_envs.fdi.picture.scene import Scene
 
-MOST_POINTS = 600  # of a curve
 CARD = 138.0  # pixels from card to card
 ROAD_TOP, ROAD_HEIGHT = 116, 118
 PLOTS_TOP, PLOT_HEIGHT, PITCH = 256, 74, 90
@@ -42,32 +40,25 @@ CARDS = (
 )
 
 
-class FdiViewer(CanvasViewer):
-    """Its curves hold the moments of the same episode that it has seen before."""
+class FdiViewer(RememberingViewer):
+    """The target over time beside what every vehicle does now."""
 
-    def __init__(self, config: FdiConfig, canvas: Canvas | None = None) -> None:
-        super().__init__(config, canvas)
-        self._history = History(KEPT, MOST_POINTS)
+    moment = ("time_s", "sensed_s")  # an illegal injection stops the clock
+    kept = KEPT
+    most_points = 600
 
     def watch(self, scene: Scene) -> None:
-        """Take a moment in without drawing it, so that later curves hold it."""
-        remember(self._history, scene, self._config.dt_s)
+        """Take a moment in, with the readings that it shows."""
+        super().watch(with_illegal_readings(scene))
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
         self.watch(scene)
         shown = with_illegal_readings(scene)
-        frame_of(shown, self._config).draw(self._canvas)
+        frame_of(shown).draw(self._canvas)
         draw_road(self._canvas, shown, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
-        for panel in panels(shown, self._config, self._history):
+        for panel in panels(shown, self._history):
             panel.draw(self._canvas)
-
-
-def remember(history: History, scene: Scene, step_s: float) -> None:
-    """Take a moment in; sensors were read a step before, unless an illegal injection stopped everything."""
-    shown = with_illegal_readings(scene)
-    sensed_s = max(scene.time_s - (0.0 if scene.metrics["illegal"] else step_s), 0.0)
-    history.add(shown, (scene.time_s, sensed_s), sensed_s=sensed_s)
 
 
 def with_illegal_readings(scene: Scene) -> Scene:
@@ -76,7 +67,8 @@ def with_illegal_readings(scene: Scene) -> Scene:
         return scene
     n = len(scene.gap)
     gap, closing_speed = scene.gap + scene.injection[:n], scene.closing_speed - scene.injection[n:]
-    return scene._replace(
+    return replace(
+        scene,
         reported_gap=gap,
         reported_closing_speed=closing_speed,
         used_gap=gap,
@@ -85,43 +77,43 @@ def with_illegal_readings(scene: Scene) -> Scene:
     )
 
 
-def panels(scene: Scene, config: FdiConfig, history: History) -> list[Panel]:
+def panels(scene: Scene, history: History) -> list[Panel]:
     """Those of all vehicles, then those of the target over time; of gaps and closing speeds both have one range."""
-    gap, speed, command, injection = ranges(scene, config, history)
+    gap, speed, command, injection = ranges(scene, history)
     left, right = side_by_side(PLOTS_TOP, PLOT_HEIGHT, PITCH)
     curves, n = history.curves(), len(scene.gap)
     return [
         gaps(Plot(left[0], *gap, columns=n), scene),
         closing_speeds(Plot(left[1], *speed, columns=n), scene),
-        commands(Plot(left[2], *command, columns=n), scene, config),
+        commands(Plot(left[2], *command, columns=n), scene),
         target_gap(Plot(right[0], *gap), scene, curves),
         target_closing_speed(Plot(right[1], *speed), scene, curves),
-        injections(Plot(right[2], *injection), scene, curves, config.dt_s),
+        injections(Plot(right[2], *injection), scene, curves),
     ]
 
 
-def ranges(scene: Scene, config: FdiConfig, history: History) -> list[tuple[float, float]]:
+def ranges(scene: Scene, history: History) -> list[tuple[float, float]]:
     """Of gaps, closing speeds, commands and injections: they hold what any vehicle has had in the episode."""
-    seen = history.every()
+    config, seen = scene.config, history.every()
     closing, commanded = seen["closing_speed"], float(np.abs(seen["command"]).max())
     low, high = config.min_acceleration_mps2, config.max_acceleration_mps2
     if not config.limit_commands:
         high = rounded_up(max(high, commanded))
         low = -high
     injection = rounded_up(max(10 * config.range_resolution_m, float(np.abs(seen["injection"]).max())))
-    widest = rounded_up(max(3 * scene.desired_gap_m, HEADROOM * float(seen["gap"].max())))
+    widest = rounded_up(max(3 * config.desired_gap_m, HEADROOM * float(seen["gap"].max())))
     opening = rounded_up(HEADROOM * max(5.0, -float(closing.min())))
     return [
-        (-BELOW_ZERO * scene.desired_gap_m, widest),
+        (-BELOW_ZERO * config.desired_gap_m, widest),
         (-opening, rounded_up(HEADROOM * max(8.0, float(closing.max())))),
         (HEADROOM * low, HEADROOM * high),
         (-injection, injection),
     ]
 
 
-def frame_of(scene: Scene, config: FdiConfig) -> Frame:
+def frame_of(scene: Scene) -> Frame:
     """The task, the target and the metrics so far, how the road is drawn or how the episode ended."""
-    i, outcome = scene.target - 1, outcome_of(scene, config)
+    i, outcome = scene.target - 1, outcome_of(scene)
     closing = float(scene.closing_speed[i]) + 0.0  # no minus before zero
     cards = [("Target gap", f"{scene.gap[i]:.2f} m"), ("Target closing at", f"{closing:.2f} m/s")]
     ended = bool(scene.metrics["collided_pairs"] or scene.metrics["illegal"])

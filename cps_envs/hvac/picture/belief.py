@@ -22,9 +22,9 @@ class EstimateSource(NamedTuple):
     flawed: bool  # one of them is compromised, and the attack has begun
 
 
-def belief_of(scene: Scene, config: HvacConfig, member: BoolArray) -> EstimateSource:
-    """The choice of one step ago; `member` (sets, S) as by `sensors.membership`."""
-    decided = scene.step - 1
+def belief_of(scene: Scene) -> EstimateSource:
+    """The choice of one step ago."""
+    config, member, decided = scene.config, scene.member, scene.step - 1
     everything, nothing = np.ones(config.num_sensors, np.bool_), np.zeros(config.num_sensors, np.bool_)
     if decided < 0:
         return EstimateSource("Nothing decided yet", nothing, False)
@@ -42,11 +42,6 @@ def belief_of(scene: Scene, config: HvacConfig, member: BoolArray) -> EstimateSo
     else:
         believed, source = nothing, "Controller follows the model alone"
     return EstimateSource(source, believed, bool((believed & scene.compromised).any()) and decided >= scene.onset)
-
-
-def flawed_sets(member: BoolArray, compromised: BoolArray) -> BoolArray:
-    """Which sets (sets,), given by their sensors (sets, S), have a compromised one."""
-    return np.asarray((member & compromised).any(axis=1))
 
 
 def in_words(sensors: BoolArray) -> str:

@@ -12,14 +12,14 @@ from cps_envs.core.picture.marks import SMALL, Area, Disc, Dots, Event, LevelLin
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot
-from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.core.types import FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import clock
 from cps_envs.hvac.picture.palette import WALL
 from cps_envs.hvac.picture.scene import Scene
 
 Curves = dict[str, FloatArray]  # what `core.picture.history.History` tells
-KEPT = ("step", "temperature", "estimate", "reading", "ready", "mean_residual")  # and `impact`
+KEPT = ("temperature", "estimate", "reading", "ready", "mean_residual", "impact")
 TIME_MARKS = 5
 MINUTES = (1, 2, 5, 10, 15, 30, 60, 120, 180, 360, 720)  # between times that are written
 DAY_MINUTES = 1440
@@ -27,10 +27,10 @@ LEAST_C = 2.0  # shown on both sides of the reference
 HEADROOM = 1.1
 
 
-def worst_zone(scene: Scene, curves: Curves, config: HvacConfig) -> int:
+def worst_zone(scene: Scene, curves: Curves) -> int:
     """The zone, from 0, with the largest sum of squared errors; since the onset, once that has come."""
     counted = curves["step"] >= (scene.onset if scene.step >= scene.onset else 0)
-    return int(np.argmax(((curves["temperature"][counted] - config.reference_c) ** 2).sum(axis=0)))
+    return int(np.argmax(((curves["temperature"][counted] - scene.config.reference_c) ** 2).sum(axis=0)))
 
 
 def range_of(true: FloatArray, seen: FloatArray, config: HvacConfig) -> tuple[float, float]:
@@ -42,34 +42,33 @@ def range_of(true: FloatArray, seen: FloatArray, config: HvacConfig) -> tuple[fl
     return config.reference_c - below, config.reference_c + above
 
 
-def temperature(box: Box, scene: Scene, curves: Curves, config: HvacConfig) -> Panel:
+def temperature(box: Box, scene: Scene, curves: Curves) -> Panel:
     """True, estimated and forged temperature of the worst zone, thin lines for the other zones, and the reference."""
-    zone, n, time = worst_zone(scene, curves, config), config.num_zones, times(curves["step"], config)
-    acted = curves["step"] > 0
-    forged = acted & (curves["step"] >= scene.onset)
+    config, step, zone = scene.config, curves["step"], worst_zone(scene, curves)
+    n, time, acted = config.num_zones, step / scene.last_step, step > 0
+    forged = acted & (step >= scene.onset)
     every, estimated = curves["temperature"], curves["estimate"][acted, zone]
     read = curves["reading"][forged, zone::n][:, scene.compromised[zone::n]]
     return Panel(
         Plot(box, *range_of(every, np.append(estimated, read), config)),
         f"Zone {zone + 1}, the worst so far: temperature (°C)",
         [
-            *onset(scene, config),
+            *onset(scene),
             *(Line(time, other, WALL, thin=True) for other in every.T),
             LevelLine(config.reference_c, MUTED),
             *(Dots(time[forged], values, tint(FALSE, 0.8)) for values in read.T),
-            Dots(times(curves["step"][acted] - 1, config), estimated, BELIEVED),
+            Dots((step[acted] - 1) / scene.last_step, estimated, BELIEVED),
             Line(time, every[:, zone], TRUE),
             Disc(float(time[-1]), float(every[-1, zone]), TRUE),
         ],
     )
 
 
-def residuals(plot: Plot, scene: Scene, curves: Curves, config: HvacConfig, flawed: BoolArray) -> Panel:
+def residuals(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """Between which values the mean residuals of intact and of flawed sets lie, that of the chosen set, and eps."""
-    marks: list[Mark] = [*onset(scene, config)]
-    ready, now = curves["ready"] > 0, float(times(curves["step"][-1], config))
-    time = times(curves["step"][ready], config)
-    for group, color in ((flawed, FALSE), (~flawed, TRUE)):
+    config, marks, ready = scene.config, list[Mark](onset(scene)), curves["ready"] > 0
+    time = curves["step"][ready] / scene.last_step
+    for group, color in ((scene.flawed, FALSE), (~scene.flawed, TRUE)):
         if group.any():
             means = curves["mean_residual"][ready][:, group]
             low, high = means.min(axis=1), means.max(axis=1)
@@ -77,7 +76,9 @@ def residuals(plot: Plot, scene: Scene, curves: Curves, config: HvacConfig, flaw
             marks += [Line(time, end, color, thin=True) for end in (low, high)]
     marks.append(LevelLine(config.threshold_c2, INK))
     if scene.ready and 0 < scene.choice <= len(scene.mean_residual):
-        marks.append(Disc(now, float(scene.mean_residual[scene.choice - 1]), BELIEVED, radius=4.0))
+        marks.append(
+            Disc(scene.step / scene.last_step, float(scene.mean_residual[scene.choice - 1]), BELIEVED, radius=4.0)
+        )
     if not scene.ready:
         marks.append(partial(draw_waiting, clock(config.window_steps, config)))
     threshold = (f"threshold {config.threshold_c2:.3g}", INK)
@@ -90,11 +91,11 @@ def draw_waiting(until: str, canvas: Canvas, plot: Plot) -> None:
     canvas.text(note, (plot.box[0] + plot.box[2] / 2, plot.box[1] + 14), MUTED, SMALL, align=0.5)
 
 
-def impact(plot: Plot, scene: Scene, curves: Curves, config: HvacConfig) -> Panel:
+def impact(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """A_impact so far, and the time below."""
-    curve = Line(times(curves["step"], config), curves["impact"], DAMAGE)
-    marked = [(step / (config.num_steps - 1), clock(step, config)) for step in marked_steps(config)]
-    return Panel(plot, "A_impact so far (C²)", [*onset(scene, config), curve, TimeLabels(marked, below=8)])
+    curve = Line(curves["step"] / scene.last_step, curves["impact"], DAMAGE)
+    marked = [(step / scene.last_step, clock(step, scene.config)) for step in marked_steps(scene.config)]
+    return Panel(plot, "A_impact so far (C²)", [*onset(scene), curve, TimeLabels(marked, below=8)])
 
 
 def marked_steps(config: HvacConfig) -> list[float]:
@@ -105,11 +106,6 @@ def marked_steps(config: HvacConfig) -> list[float]:
     return [minute * 60.0 / config.step_s for minute in range(0, math.floor(last_minute) + 1, pitch)]
 
 
-def onset(scene: Scene, config: HvacConfig) -> list[Event]:
+def onset(scene: Scene) -> list[Event]:
     """Where the attack begins, once it has."""
-    return [Event(scene.onset / (config.num_steps - 1), FALSE)] if scene.step >= scene.onset else []
-
-
-def times(step: FloatArray, config: HvacConfig) -> FloatArray:
-    """Shares of the episode that have gone by at steps."""
-    return step / (config.num_steps - 1)
+    return [Event(scene.onset / scene.last_step, FALSE)] if scene.step >= scene.onset else []

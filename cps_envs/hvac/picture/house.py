@@ -73,7 +73,7 @@ class House:
         for door in self.doors:
             canvas.box(door, WALL)
         for zone, box in enumerate(self.rooms):
-            draw_room(canvas, scene, belief, self._config, zone, box)
+            draw_room(canvas, scene, belief, zone, box)
 
     def _draw_surroundings(self, canvas: Canvas, scene: Scene) -> None:
         left, top, width, height = self._box

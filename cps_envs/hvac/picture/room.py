@@ -6,7 +6,6 @@ import math
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
 from cps_envs.core.picture.palette import BELIEVED, BORDER, FALSE, INK, MUTED, WHITE, Color, darker, tint
-from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import EstimateSource
 from cps_envs.hvac.picture.palette import HEAT, HONEST, temperature_color
 from cps_envs.hvac.picture.scene import Scene
@@ -17,31 +16,29 @@ EDGE = 10  # pixels between a wall and what is in the room
 SMALL = 15
 
 
-def draw_room(canvas: Canvas, scene: Scene, belief: EstimateSource, config: HvacConfig, zone: int, box: Box) -> None:
+def draw_room(canvas: Canvas, scene: Scene, belief: EstimateSource, zone: int, box: Box) -> None:
     """A zone, counted from 0."""
-    color = temperature_color(float(scene.temperature[zone]), config.reference_c)
+    color = temperature_color(float(scene.temperature[zone]), scene.config.reference_c)
     canvas.box(box, color, radius=6)
     canvas.box(box, darker(color, 0.78), radius=6, border=2)
     spacious = box[2] >= WIDE and box[3] >= HIGH
     with canvas.within(box):
         if box[2] < LEAST_WIDE or box[3] < LEAST_HIGH:
-            draw_in_short(canvas, scene, belief, config, zone, box)
+            draw_in_short(canvas, scene, belief, zone, box)
             return
         draw_temperatures(canvas, scene, zone, box, spacious=spacious)
         if spacious:
             draw_unknown_heat(canvas, scene, zone, (box[0] + EDGE, box[1] + 42))
-        draw_sensors(canvas, scene, belief, config, zone, box, spacious=spacious)
-        draw_heating(canvas, scene, config, zone, box, spacious=spacious)
+        draw_sensors(canvas, scene, belief, zone, box, spacious=spacious)
+        draw_heating(canvas, scene, zone, box, spacious=spacious)
 
 
-def draw_in_short(
-    canvas: Canvas, scene: Scene, belief: EstimateSource, config: HvacConfig, zone: int, box: Box
-) -> None:
+def draw_in_short(canvas: Canvas, scene: Scene, belief: EstimateSource, zone: int, box: Box) -> None:
     """Number and true temperature of a zone in one line, and discs of its sensors; orange ones are compromised."""
     left, top, width, height = box
     canvas.text(str(zone + 1), (left + 4, top + 9), MUTED, SMALL)
     canvas.text(f"{scene.temperature[zone]:.1f}", (left + width - 4, top + 9), INK, 17, align=1)
-    for place, sensor in enumerate(range(zone, config.num_sensors, config.num_zones)):
+    for place, sensor in enumerate(range(zone, scene.config.num_sensors, scene.config.num_zones)):
         color = FALSE if scene.compromised[sensor] else HONEST
         at = (left + 10 + 16 * place, top + height - 10)
         draw_disc(canvas, "", at, 5.5, color, full=bool(belief.believed[sensor]))
@@ -87,12 +84,10 @@ def draw_estimate(canvas: Canvas, scene: Scene, zone: int, text: str, end: Point
     canvas.text(text, (end[0] - 5, end[1]), WHITE, 17, align=1)
 
 
-def draw_sensors(
-    canvas: Canvas, scene: Scene, belief: EstimateSource, config: HvacConfig, zone: int, box: Box, *, spacious: bool
-) -> None:
+def draw_sensors(canvas: Canvas, scene: Scene, belief: EstimateSource, zone: int, box: Box, *, spacious: bool) -> None:
     """A label for each sensor of the zone, side by side."""
     left, top, width, height = box
-    sensors = range(zone, config.num_sensors, config.num_zones)
+    sensors = range(zone, scene.config.num_sensors, scene.config.num_zones)
     edge = EDGE if spacious else 5
     pitch = (width - 2 * edge + 6) / len(sensors)
     tall = 42 if spacious else 19
@@ -139,11 +134,11 @@ def draw_disc(canvas: Canvas, number: str, centre: Point, radius: float, color: 
     canvas.text(number, (centre[0] + 0.5, centre[1] + 0.5), WHITE if full else color, round(1.8 * radius), align=0.5)
 
 
-def draw_heating(canvas: Canvas, scene: Scene, config: HvacConfig, zone: int, box: Box, *, spacious: bool) -> None:
+def draw_heating(canvas: Canvas, scene: Scene, zone: int, box: Box, *, spacious: bool) -> None:
     """Heating power as a bar of its limit, and in watts."""
     left, top, width, height = box
     power = float(scene.heating[zone])
-    share = power / config.max_heating_w
+    share = power / scene.config.max_heating_w
     edge, thick = (EDGE, 8) if spacious else (5, 5)
     bar = (left + edge, top + height - edge - thick + 2, width - 2 * edge, thick)
     if spacious:

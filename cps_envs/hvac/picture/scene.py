@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.model import Model
+from cps_envs.hvac.sensors import membership
 from cps_envs.hvac.state import State
 
 
@@ -15,6 +17,7 @@ from cps_envs.hvac.state import State
 class Scene:
     """One episode at one step; n zones, S sensors, sets of sensors."""
 
+    config: HvacConfig
     episode: int  # differs between the episodes of a game
     step: int  # k
     onset: int  # t_0
@@ -34,13 +37,34 @@ class Scene:
     mean_residual: FloatArray  # (sets,) C2, Jm_a(k); 0 until ready
     metrics: dict[str, float]
 
+    @property
+    def member(self) -> BoolArray:
+        """Which sensors each set has, (sets, S)."""
+        return membership(self.config)
 
-def scene_of(state: State, model: Model, b: int, episode: int, metrics: dict[str, float]) -> Scene:
+    @property
+    def flawed(self) -> BoolArray:
+        """Which sets (sets,) have a compromised sensor."""
+        return np.asarray((self.member & self.compromised).any(axis=1))
+
+    @property
+    def impact(self) -> float:
+        """A_impact so far, C2."""
+        return self.metrics["a_impact"]
+
+    @property
+    def last_step(self) -> int:
+        """The step at which the episode ends."""
+        return self.config.num_steps - 1
+
+
+def scene_of(config: HvacConfig, state: State, model: Model, b: int, episode: int, metrics: dict[str, float]) -> Scene:
     """Episode `b` of a batch at its present step."""
     k, window, n = int(state.step[b]), len(model.decay) - 1, len(model.B)
     drift, error = state.heat_drift[b], state.outdoor_error[b]
     followed = int(state.choice[b]) - len(model.member) - 2
     return Scene(
+        config=config,
         episode=episode,
         step=k,
         onset=int(state.onset[b]),

@@ -8,71 +8,64 @@ from functools import partial
 from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.frame import HEIGHT, MARGIN, WIDTH, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Scale
-from cps_envs.core.picture.history import History
 from cps_envs.core.picture.marks import Event
 from cps_envs.core.picture.palette import BELIEVED, FALSE, MUTED, TRUE
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot, rounded_up
-from cps_envs.core.picture.viewer import CanvasViewer
-from cps_envs.core.types import BoolArray
+from cps_envs.core.picture.viewer import RememberingViewer
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.picture.belief import EstimateSource, belief_of, clock, flawed_sets
+from cps_envs.hvac.picture.belief import EstimateSource, belief_of, clock
 from cps_envs.hvac.picture.course import KEPT, Curves, impact, residuals, temperature
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.palette import HONEST, REACH_C, TEMPERATURE_SCALE
 from cps_envs.hvac.picture.ranking import ranking
 from cps_envs.hvac.picture.room import draw_disc
 from cps_envs.hvac.picture.scene import Scene
-from cps_envs.hvac.sensors import membership
 
-MOST_POINTS = 240  # of a curve
 CARD = 138.0  # pixels from card to card
 HOUSE = (MARGIN, 118, 500, HEIGHT - 118 - MARGIN / 2)
 LEFT, TOPS, HEIGHTS = 536, (132, 256, 346, 422), (104, 70, 42, 54)  # of the panels, pixels
 
 
-class HvacViewer(CanvasViewer):
-    """Its curves hold the moments of the same episode that it has seen before."""
+class HvacViewer(RememberingViewer):
+    """The building on the left, the course of the day on the right."""
+
+    moment = ("step",)
+    kept = KEPT
+    most_points = 240
 
     def __init__(self, config: HvacConfig, canvas: Canvas | None = None) -> None:
         super().__init__(config, canvas)
-        self._member = membership(config)
-        self._history = History(KEPT, MOST_POINTS)
         self._house = House(config, HOUSE)
-
-    def watch(self, scene: Scene) -> None:
-        """Take a moment in without drawing it, so that later curves hold it."""
-        self._history.add(scene, (scene.step,), impact=scene.metrics["a_impact"])
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
         self.watch(scene)
-        belief = belief_of(scene, self._config, self._member)
-        frame_of(scene, self._config, belief).draw(self._canvas)
+        belief = belief_of(scene)
+        frame_of(scene, belief).draw(self._canvas)
         self._house.draw(self._canvas, scene, belief)
-        for panel in panels(scene, self._config, self._history.curves(), self._member):
+        for panel in panels(scene, self._history.curves()):
             panel.draw(self._canvas)
 
 
-def panels(scene: Scene, config: HvacConfig, curves: Curves, member: BoolArray) -> list[Panel]:
+def panels(scene: Scene, curves: Curves) -> list[Panel]:
     """Temperature, residuals over time, impact, and residuals of the sets; both of residuals have the same range."""
     width = WIDTH - MARGIN - AXIS - LEFT
     boxes = [(LEFT, top, width, height) for top, height in zip(TOPS, HEIGHTS, strict=True)]
-    eps, known = config.threshold_c2, curves["mean_residual"][curves["ready"] > 0]
+    eps, known = scene.config.threshold_c2, curves["mean_residual"][curves["ready"] > 0]
     highest = max(float(known.max(initial=0.0)), float(scene.residual.max()), 5 * eps)
     low, high = math.floor(math.log10(eps / 5)), math.ceil(math.log10(highest))
-    flawed = flawed_sets(member, scene.compromised)
     return [
-        temperature(boxes[0], scene, curves, config),
-        residuals(Plot(boxes[1], low, high, logarithmic=True), scene, curves, config, flawed),
-        impact(Plot(boxes[2], 0.0, rounded_up(max(2.0, scene.metrics["a_impact"]))), scene, curves, config),
-        ranking(Plot(boxes[3], low, high, logarithmic=True, columns=len(member)), scene, config, member),
+        temperature(boxes[0], scene, curves),
+        residuals(Plot(boxes[1], low, high, logarithmic=True), scene, curves),
+        impact(Plot(boxes[2], 0.0, rounded_up(max(2.0, scene.impact))), scene, curves),
+        ranking(Plot(boxes[3], low, high, logarithmic=True, columns=len(scene.member)), scene),
     ]
 
 
-def frame_of(scene: Scene, config: HvacConfig, belief: EstimateSource) -> Frame:
+def frame_of(scene: Scene, belief: EstimateSource) -> Frame:
     """The task, the time and the onset, the metrics so far and the weather, and what the controller follows."""
-    metrics, last = scene.metrics, config.num_steps - 1
+    config, metrics, last = scene.config, scene.metrics, scene.last_step
     task = f"{scene.compromised.sum()} of {config.num_sensors} sensors compromised"
     followed = BELIEVED if belief.believed.any() else MUTED
     return Frame(
@@ -82,7 +75,7 @@ def frame_of(scene: Scene, config: HvacConfig, belief: EstimateSource) -> Frame:
         progress=scene.step / last,
         events=[Event(scene.onset / last, FALSE)],
         cards=[
-            ("A_impact so far", f"{metrics['a_impact']:.2f} C²"),
+            ("A_impact so far", f"{scene.impact:.2f} C²"),
             ("Mean error", f"{metrics['mean_abs_error_c']:.2f} °C"),
             ("Outside", f"{scene.outdoor_c:.1f} °C"),
             ("Heating", f"{scene.heating.sum():.0f} W"),

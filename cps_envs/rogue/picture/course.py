@@ -17,7 +17,7 @@ from cps_envs.rogue.picture.palette import AHEAD, ALARM, ATTACKER, BEHIND, BRAKI
 from cps_envs.rogue.picture.scene import Scene
 
 Curves = dict[str, FloatArray]  # what `core.picture.history.History` tells
-KEPT = ("time_s", "effort", "speed", "gap", "damage")
+KEPT = ("effort", "speed", "gap", "damage")
 STRIP = 6  # pixels of what shows the attacker's effort
 LEVELS = 10  # of effort that its colours tell apart, on either side of zero
 EFFORTS = {k: tint(ATTACKER if k > 0 else BRAKING, abs(k) / LEVELS) for k in range(-LEVELS, LEVELS + 1)}
@@ -36,7 +36,7 @@ def gap_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
 
 def speed_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """The speeds of all, those of the attacker and its neighbours in colours, and its effort as a strip."""
-    m, time, words = scene.attacker, curves["time_s"] / scene.duration_s, []
+    m, time, words = scene.attacker, curves["time_s"] / scene.config.duration_s, []
     marks: list[Mark] = [LevelLine(scene.reference_speed_mps, MUTED), *onsets(scene)]
     others = [i for i in range(len(scene.speed)) if abs(i - m) > 1]
     marks += [Line(time, curves["speed"][:, i], OTHER, thin=True) for i in others]
@@ -50,9 +50,9 @@ def speed_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
 
 def damage_curve(plot: Plot, scene: Scene, curves: Curves, unit: str) -> Panel:
     """The damage of all pairs together."""
-    time, damage = curves["time_s"] / scene.duration_s, curves["damage"].sum(axis=1)
+    time, damage = curves["time_s"] / scene.config.duration_s, curves["damage"].sum(axis=1)
     marks: list[Mark] = [Area(time, damage, 0.0, tint(DAMAGE, 0.16))] if scene.damage.any() else []
-    marks += [*onsets(scene), *trace(scene, curves, damage, DAMAGE), seconds(scene.duration_s)]
+    marks += [*onsets(scene), *trace(scene, curves, damage, DAMAGE), seconds(scene.config.duration_s)]
     return Panel(plot, f"Damage of all pairs ({unit}):", marks, words=[(f"{scene.damage.sum():.1f}", DAMAGE)])
 
 
@@ -66,7 +66,7 @@ def draw_strip_names(canvas: Canvas, plot: Plot) -> None:
 def draw_effort(scene: Scene, time: FloatArray, effort: FloatArray, canvas: Canvas, plot: Plot) -> None:
     """A strip along the bottom: the attacker's effort up to each moment, driving or braking."""
     _, top, _, height = plot.box
-    low, high = scene.effort_limits
+    low, high = scene.config.min_effort, scene.config.max_effort
     x, shares = plot.along(time), np.where(effort > 0, effort / high, -effort / (low or -1.0)).clip(-1.0, 1.0)
     levels = np.rint(shares * LEVELS).astype(np.int64)[1:]
     begins = np.flatnonzero(np.diff(levels, prepend=LEVELS + 1)).tolist()
@@ -77,7 +77,7 @@ def draw_effort(scene: Scene, time: FloatArray, effort: FloatArray, canvas: Canv
 
 def trace(scene: Scene, curves: Curves, values: FloatArray, color: Color) -> list[Mark]:
     """A curve with a disc at its end."""
-    time = curves["time_s"] / scene.duration_s
+    time = curves["time_s"] / scene.config.duration_s
     return [Line(time, values, color), Disc(float(time[-1]), float(values[-1]), color)]
 
 
@@ -88,4 +88,4 @@ def onsets(scene: Scene) -> list[Event]:
         (scene.metrics["first_alarm_s"], ALARM),
         (scene.metrics["first_collision_s"], DAMAGE),
     )
-    return [Event(time_s / scene.duration_s, color) for time_s, color in times if 0 <= time_s <= scene.time_s]
+    return [Event(time_s / scene.config.duration_s, color) for time_s, color in times if 0 <= time_s <= scene.time_s]

@@ -45,7 +45,7 @@ def draw_wanted(pair: int, gap_m: float, canvas: Canvas, plot: Plot) -> None:
 def detectors(plot: Plot, scene: Scene) -> Panel:
     """The detectors of each intact vehicle, the rear one left of the front one; yellow where it raised the alarm."""
     width, marks = plot.bar(BAR) / 2, list[Mark]()
-    for i, (front, rear) in enumerate((scene.detector / scene.alarm_threshold).tolist()):
+    for i, (front, rear) in enumerate((scene.detector / scene.config.alarm_threshold).tolist()):
         x = plot.middle(i)
         for value, left, side in ((rear, x - width - 1, -1), (front, x + 1, 1)):
             if value > 0:

@@ -50,8 +50,8 @@ class RoadWindow:
 
 def window_m(scene: Scene) -> tuple[float, float]:
     """Length in m of the road shown, and how far from its beginning the attacker stays."""
-    steady = len(scene.position) - 1
-    return (steady + 2 * BEYOND) * scene.separation_m, (scene.attacker + BEYOND) * scene.separation_m
+    steady, separation_m = len(scene.position) - 1, scene.config.separation_m
+    return (steady + 2 * BEYOND) * separation_m, (scene.attacker + BEYOND) * separation_m
 
 
 def lay_out(scene: Scene, box: Box) -> RoadWindow:
@@ -60,7 +60,7 @@ def lay_out(scene: Scene, box: Box) -> RoadWindow:
     length_m, behind_m = window_m(scene)
     scale, begin_m = width / length_m, float(scene.position[scene.attacker]) - behind_m
     lane = (left, top, width, height - LABELS)
-    length = max(round(scene.vehicle_length_m * scale), SHORTEST)
+    length = max(round(scene.config.vehicle_length_m * scale), SHORTEST)
     car = (length, min(max(round(SHAPE * length), NARROWEST), round(0.45 * lane[3])))
     centre = left + (scene.position - begin_m) * scale
     return RoadWindow(scene, lane, scale, begin_m, centre, left + (scene.reference_m - begin_m) * scale, car)

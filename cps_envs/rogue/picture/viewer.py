@@ -14,9 +14,8 @@ from cps_envs.core.picture.palette import DAMAGE, INK, Color
 from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.plot import Plot, rounded_up
 from cps_envs.core.picture.vehicle import ASPHALT
-from cps_envs.core.picture.viewer import CanvasViewer
+from cps_envs.core.picture.viewer import RememberingViewer
 from cps_envs.core.types import BoolArray
-from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.picture.course import KEPT, Curves, damage_curve, gap_curves, onsets, speed_curves
 from cps_envs.rogue.picture.overview import draw_overview
@@ -25,7 +24,6 @@ from cps_envs.rogue.picture.profile import damages, detectors, gaps
 from cps_envs.rogue.picture.road import draw_road
 from cps_envs.rogue.picture.scene import Scene
 
-MOST_POINTS = 300  # of a curve
 CARD = 112.0  # pixels from card to card
 ROAD_TOP, ROAD_HEIGHT = 118, 74
 OVERVIEW_TOP, OVERVIEW_HEIGHT = 198, 12
@@ -38,22 +36,17 @@ CAPTION = "Gaps to scale; lines show whom a vehicle follows"
 LAWS = {"mode": DRIVEN, "command": ("commanded",), "either": (*DRIVEN, "commanded")}  # of each action of the defender
 
 
-class RogueViewer(CanvasViewer):
-    """Its curves hold the moments of the same episode that it has seen before."""
+class RogueViewer(RememberingViewer):
+    """The road, and below it what each vehicle does now beside the episode so far."""
 
-    def __init__(self, config: RogueConfig, canvas: Canvas | None = None) -> None:
-        super().__init__(config, canvas)
-        self._history = History(KEPT, MOST_POINTS)
-
-    def watch(self, scene: Scene) -> None:
-        """Take a moment in without drawing it, so that later curves hold it."""
-        self._history.add(scene, (scene.time_s,))
+    kept = KEPT
+    most_points = 300
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
         self.watch(scene)
         struck = scene.touching | damaged_since(self._history, scene.time_s - STRUCK_S)
-        frame_of(scene, self._config, struck).draw(self._canvas)
+        frame_of(scene, struck).draw(self._canvas)
         draw_road(self._canvas, scene, struck, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
         draw_overview(self._canvas, scene, (MARGIN, OVERVIEW_TOP, INNER, OVERVIEW_HEIGHT))
         for panel in panels(scene, self._history.curves()):
@@ -70,7 +63,7 @@ def damaged_since(history: History, time_s: float) -> BoolArray:
 
 def panels(scene: Scene, curves: Curves) -> list[Panel]:
     """Bars of each vehicle on the left, curves over time on the right."""
-    desired, m, n, unit = scene.desired_gap_m, scene.attacker, len(scene.position), UNITS[scene.contact]
+    desired, m, n, unit = scene.desired_gap_m, scene.attacker, len(scene.position), UNITS[scene.config.contact]
     beside = curves["gap"][:, max(m - 1, 0) : m + 1]
     lowest, highest = float(beside.min()), float(beside.max())
     shown = (-rounded_up(max(desired / 2, -HEADROOM * lowest)), rounded_up(max(3 * desired, HEADROOM * highest)))
@@ -87,40 +80,42 @@ def panels(scene: Scene, curves: Curves) -> list[Panel]:
     ]
 
 
-def frame_of(scene: Scene, config: RogueConfig, struck: BoolArray) -> Frame:
+def frame_of(scene: Scene, struck: BoolArray) -> Frame:
     """The task, the events, the metrics so far, and who collides or how the road is drawn."""
-    caption, pairs = belief(scene) if scene.hidden else usual(scene), np.flatnonzero(struck).tolist()
+    config, caption, pairs = scene.config, caption_of(scene), np.flatnonzero(struck).tolist()
     if pairs:
         more = f" and {len(pairs) - 3} more pairs" if len(pairs) > 3 else ""
         caption = "Contact: " + ", ".join(f"{pair + 1} and {pair + 2}" for pair in pairs[:3]) + more
     return Frame(
         title="Rogue vehicle",
         subtitle=subtitle(scene),
-        time=(f"{scene.time_s:.1f} s", f"{scene.duration_s:g} s"),
-        progress=scene.time_s / scene.duration_s,
-        cards=cards(scene, charged=config.formation_weight_mps2 > 0),
+        time=(f"{scene.time_s:.1f} s", f"{config.duration_s:g} s"),
+        progress=scene.time_s / config.duration_s,
+        cards=cards(scene),
         pitch=CARD,
         events=onsets(scene),
         gauge=effort(scene),
         caption=caption,
         badge=DAMAGE if pairs else None,
-        legend=legend(config),
+        legend=legend(config.defense_action),
     )
 
 
 def subtitle(scene: Scene) -> str:
     """Who drives what, and what a contact means."""
-    vehicles, contact = f"{len(scene.position)} vehicles", CONTACTS[scene.contact]
+    vehicles, contact = f"{len(scene.position)} vehicles", CONTACTS[scene.config.contact]
     if scene.onset_s == np.inf:
         return f"{vehicles}, an episode without an attack; {contact}"
     power = "" if scene.power_ratio == 1 else f", {scene.power_ratio:.3g} times as strong as the others"
     return f"{vehicles}, the attacker drives {scene.attacker + 1}{power}; {contact}"
 
 
-def cards(scene: Scene, *, charged: bool) -> list[tuple[str, str]]:
+def cards(scene: Scene) -> list[tuple[str, str]]:
     """The metrics so far; with what scattering costs, if it does."""
-    metrics, unit, intact = scene.metrics, UNITS[scene.contact], len(scene.position) - (not scene.hidden)
-    scattering = [("Scattering", f"{metrics['formation_charge']:.1f} {unit}")] if charged else []
+    config, metrics, unit = scene.config, scene.metrics, UNITS[scene.config.contact]
+    charge = f"{metrics['formation_charge']:.1f} {unit}"
+    scattering = [("Scattering", charge)] if config.formation_weight_mps2 > 0 else []
+    intact = len(scene.position) - (not config.hidden)
     return [
         ("Attacker's speed", f"{scene.speed[scene.attacker]:.1f} m/s"),
         ("Damage", f"{metrics['damage']:.1f} {unit}"),
@@ -134,7 +129,7 @@ def cards(scene: Scene, *, charged: bool) -> list[tuple[str, str]]:
 
 def effort(scene: Scene) -> Gauge:
     """The attacker's effort between full braking and full driving."""
-    low, high = scene.effort_limits
+    low, high = scene.config.min_effort, scene.config.max_effort
     color, zero = ATTACKER if scene.effort > 0 else BRAKING, -low / (high - low)
     end = (min(max(scene.effort, low), high) - low) / (high - low)
     return Gauge(
@@ -147,8 +142,10 @@ def effort(scene: Scene) -> Gauge:
     )
 
 
-def usual(scene: Scene) -> str:
-    """When the attack begins, and then how the road is drawn."""
+def caption_of(scene: Scene) -> str:
+    """Whom the alarms blame, where the attacker hides; else when the attack begins, and then how the road is drawn."""
+    if scene.config.hidden:
+        return belief(scene)
     return f"The attack begins at {scene.onset_s:.1f} s" if scene.time_s < scene.onset_s else CAPTION
 
 
@@ -159,9 +156,9 @@ def belief(scene: Scene) -> str:
     return f"Alarms blame {blamed}; {true}"
 
 
-def legend(config: RogueConfig) -> list[LegendEntry]:
+def legend(defense_action: str) -> list[LegendEntry]:
     """What the colours of the vehicles mean."""
-    laws = ("attacker", *LAWS[config.defense_action])
+    laws = ("attacker", *LAWS[defense_action])
     entries = [LegendEntry(law, partial(draw_paint, LAW_COLORS[law]), width=19, space=12) for law in laws]
     return [*entries, LegendEntry("alarm", draw_alarm, width=19, space=12)]
 

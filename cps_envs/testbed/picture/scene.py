@@ -16,6 +16,7 @@ from cps_envs.testbed.state import Robots
 class Scene:
     """One episode at one time; M robots and N platoons front to rear; k - 1 control periods are over."""
 
+    config: RobotConfig
     time_s: float
     pose: FloatArray  # (M, 3) x in m, y in m, heading in rad
     desired_arc_m: FloatArray  # (M,) where the law of each robot wants it behind its predecessor; nan where none does
@@ -26,14 +27,9 @@ class Scene:
     metrics: dict[str, float]
 
     @property
-    def vehicles_per_platoon(self) -> int:
-        """Robots of a platoon."""
-        return len(self.pose) // len(self.disbanding_s)
-
-    @property
     def disbanded(self) -> BoolArray:
         """The robots (M,) that people drive."""
-        disbanded: BoolArray = np.repeat(np.isfinite(self.disbanding_s), self.vehicles_per_platoon)
+        disbanded: BoolArray = np.repeat(np.isfinite(self.disbanding_s), self.config.vehicles_per_platoon)
         return disbanded
 
 
@@ -41,6 +37,7 @@ def scene_of(robots: Robots, string: State, b: int, config: RobotConfig, metrics
     """The scene of an episode."""
     step = int(string.step[b])
     return Scene(
+        config=config,
         time_s=step * config.control_period_s,
         pose=robots.pose[b].copy(),
         desired_arc_m=desired_arcs(robots.arc[b], robots.speed[b], string.disbanding_s[b], config),

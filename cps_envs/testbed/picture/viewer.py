@@ -12,7 +12,6 @@ from cps_envs.core.picture.plot import AXIS, Plot
 from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.picture.palette import DISBANDED
-from cps_envs.testbed.config import RobotConfig
 from cps_envs.testbed.picture.scene import Scene
 from cps_envs.testbed.picture.track import Circle, draw_track, shade_of
 
@@ -27,28 +26,27 @@ class RobotViewer(CanvasViewer):
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
-        canvas, config = self._canvas, self._config
-        frame_of(scene, config).draw(canvas)
-        draw_track(canvas, scene, Circle(CENTER, RADIUS, config.radius_m), config)
-        for panel in panels(scene, config):
-            panel.draw(canvas)
+        frame_of(scene).draw(self._canvas)
+        draw_track(self._canvas, scene, Circle(CENTER, RADIUS, scene.config.radius_m))
+        for panel in panels(scene):
+            panel.draw(self._canvas)
 
 
-def disbandings(scene: Scene, config: RobotConfig) -> list[Event]:
+def disbandings(scene: Scene) -> list[Event]:
     """When platoons were disbanded."""
     begun = scene.disbanding_s[np.isfinite(scene.disbanding_s)]
-    return [Event(share, DISBANDED) for share in (begun / config.duration_s).tolist()]
+    return [Event(share, DISBANDED) for share in (begun / scene.config.duration_s).tolist()]
 
 
-def frame_of(scene: Scene, config: RobotConfig) -> Frame:
+def frame_of(scene: Scene) -> Frame:
     """What is shown, the time, the attacks, and the metrics so far."""
-    metrics = scene.metrics
+    config, metrics = scene.config, scene.metrics
     return Frame(
         title="Test bed",
         subtitle=f"{config.num_robots} robots in {config.num_platoons} platoons on a circle of {config.radius_m:g} m",
         time=(f"{scene.time_s:.1f} s", f"{config.duration_s:g} s"),
         progress=scene.time_s / config.duration_s,
-        events=disbandings(scene, config),
+        events=disbandings(scene),
         cards=[
             ("E_v of the intact robots", f"{metrics['velocity_error']:.1f} %"),
             ("Lowest speed of these", f"{metrics['lowest_speed_mps']:.3f} m/s"),
@@ -61,37 +59,37 @@ def frame_of(scene: Scene, config: RobotConfig) -> Frame:
     )
 
 
-def panels(scene: Scene, config: RobotConfig) -> tuple[Panel, Panel]:
+def panels(scene: Scene) -> tuple[Panel, Panel]:
     """Speeds, over the window in which E_v is measured, and gaps ahead, with where bodies touch."""
-    width = WIDTH - MARGIN - AXIS - LEFT
+    config, width = scene.config, WIDTH - MARGIN - AXIS - LEFT
     speed = Plot((LEFT, TOP, width, HEIGHT), 0.0, config.max_speed_mps)
     gap = Plot((LEFT, TOP + PITCH, width, HEIGHT), 0.0, WIDEST_M)
     first, last = config.window
     begin, end = (float(speed.along(period / config.num_periods)) for period in (first, min(last, config.num_periods)))
     window = ((begin, TOP, end - begin, HEIGHT), tint(MUTED, 0.08))
     gaps = np.hstack([np.full((len(scene.gaps), 1), np.inf), scene.gaps])
-    begun = disbandings(scene, config)
+    begun = disbandings(scene)
     desired, touching = LevelLine(config.desired_speed_mps, MUTED), LevelLine(config.body_length_m, DAMAGE, solid=True)
     return (
         Panel(
             speed,
             "Speeds (m/s); grey: where E_v is measured",
-            [desired, *begun, *curves(scene, scene.speeds, speed, config)],
+            [desired, *begun, *curves(scene, scene.speeds, speed)],
             bands=[window] if first < config.num_periods else [],
         ),
         Panel(
             gap,
             "Gaps ahead (m), centre to centre;",
-            [touching, *begun, *curves(scene, gaps, gap, config), seconds(config.duration_s)],
+            [touching, *begun, *curves(scene, gaps, gap), seconds(config.duration_s)],
             words=[("bodies touch", DAMAGE)],
             spacing=4,
         ),
     )
 
 
-def curves(scene: Scene, values: FloatArray, plot: Plot, config: RobotConfig) -> list[Line]:
+def curves(scene: Scene, values: FloatArray, plot: Plot) -> list[Line]:
     """A curve for each robot from its values (k, M), rear to front; it ends where it leaves the panel at the top."""
-    share, inside = np.arange(len(values)) / config.num_periods, values <= plot.high
+    share, inside = np.arange(len(values)) / scene.config.num_periods, values <= plot.high
     ends = np.where(inside.all(axis=0), len(values), inside.argmin(axis=0)).tolist()
     robots = reversed(range(values.shape[1]))
     return [Line(share[: ends[q]], values[: ends[q], q], shade_of(scene, q)) for q in robots]
