@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cps_envs.core.picture.vehicle import VEHICLE_M
 from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.picture.convoy import BEYOND_M, VEHICLE_M, lay_out
+from cps_envs.disbanding.picture.convoy import BEYOND_M, lay_out
 from cps_envs.disbanding.picture.palette import LEVELS, speed_level
 from tests.disbanding.pictures import CONFIG, START, frame, played
 

@@ -9,12 +9,12 @@ import pytest
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BELIEVED, FALSE
 from cps_envs.core.picture.plot import Plot
+from cps_envs.core.picture.vehicle import VEHICLE_M
 from cps_envs.fdi.config import CLIP, FIG_3_2
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
-from cps_envs.fdi.picture.course import KEPT
 from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
-from cps_envs.fdi.picture.road import VEHICLE_M, lay_out
+from cps_envs.fdi.picture.road import lay_out
 from cps_envs.fdi.picture.scene import Scene
 from cps_envs.fdi.picture.viewer import FdiViewer, panels, with_illegal_readings
 from tests.fdi.pictures import COLLISION, CONFIG, CRASH, EVERY, START, UNDER_WAY, frame, inject, opened, played
@@ -139,7 +139,7 @@ def test_free_rows_never_overlap() -> None:
 
 
 def remembering() -> History:
-    return History(FdiViewer.moment, KEPT, FdiViewer.most_points)
+    return History(FdiViewer.moment, FdiViewer.kept, FdiViewer.most_points)
 
 
 def recorded(game: FdiGame, history: History, levels: Sequence[int], draw: Callable[[int], bool]) -> Scene:

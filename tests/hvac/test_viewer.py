@@ -9,7 +9,7 @@ from cps_envs.core.picture.history import History
 from cps_envs.core.picture.marks import Area
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import belief_of, clock
-from cps_envs.hvac.picture.course import KEPT, marked_steps, range_of, worst_zone
+from cps_envs.hvac.picture.course import marked_steps, range_of, worst_zone
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.layout import arrange
 from cps_envs.hvac.picture.palette import TEMPERATURE_SCALE, temperature_color
@@ -98,7 +98,7 @@ def test_the_last_choice_means_all_sensors_until_the_window_is_full() -> None:
 
 def test_curves_hold_what_was_true_believed_and_read() -> None:
     game = started(**DAY)
-    history = History(HvacViewer.moment, KEPT, HvacViewer.most_points)
+    history = History(HvacViewer.moment, HvacViewer.kept, HvacViewer.most_points)
     for scene in [game.scene(0), *attacked(game, 120, 3)]:
         history.add(scene)
         history.add(scene)

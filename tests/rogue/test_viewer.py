@@ -8,7 +8,6 @@ import pytest
 
 from cps_envs.core.picture.history import History
 from cps_envs.rogue.controllers import CONTROLLERS
-from cps_envs.rogue.picture.course import KEPT
 from cps_envs.rogue.picture.palette import LAW_COLORS
 from cps_envs.rogue.picture.profile import wanted_growth
 from cps_envs.rogue.picture.road import lay_out, named, window_m
@@ -71,7 +70,7 @@ def test_contact_is_marked_while_it_lasts_and_shortly_after() -> None:
     scene, viewer, history = (
         game.scene(0),
         RogueViewer(SOLID),
-        History(RogueViewer.moment, KEPT, RogueViewer.most_points),
+        History(RogueViewer.moment, RogueViewer.kept, RogueViewer.most_points),
     )
     while not scene.damage.any():
         history.add(scene)
@@ -110,7 +109,7 @@ def test_every_law_has_its_own_colour() -> None:
 
 
 def test_axes_hold_what_they_show() -> None:
-    history = History(RogueViewer.moment, KEPT, RogueViewer.most_points)
+    history = History(RogueViewer.moment, RogueViewer.kept, RogueViewer.most_points)
     for scene in (START, UNDER_WAY, PUSHED, SCATTERED):
         history.add(replace(scene, episode=1))
     curves = history.curves()

@@ -12,6 +12,7 @@ from cps_envs.core.picture.palette import Color
 
 Box = tuple[float, float, float, float]  # left, top, width, height in pixels
 Point = tuple[float, float]
+SMALL = 15  # pixels of most letters
 OVERSAMPLING = 4  # sprites are painted this much larger and scaled down, which smooths their edges
 
 

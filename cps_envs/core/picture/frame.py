@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from cps_envs.core.picture.canvas import Box, Canvas, Point
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas, Point
 from cps_envs.core.picture.gauge import Gauge, Scale
 from cps_envs.core.picture.marks import Event
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE, Color
@@ -15,7 +15,6 @@ INNER = WIDTH - 2 * MARGIN
 BAR: Box = (MARGIN, 38, INNER, 5)  # the progress of the episode
 CARDS: Box = (MARGIN, 52, INNER, 38)
 CAPTION = 104.0  # height in pixels
-LEGEND = 15  # pixels of letters
 
 
 @dataclass(frozen=True)
@@ -29,8 +28,8 @@ class LegendEntry:
 
     def draw(self, canvas: Canvas, right: float, y: float) -> float:
         """Draw it so that it ends at `right`; returns where the next one ends."""
-        right -= canvas.text_width(self.label, INK, LEGEND)
-        canvas.text(self.label, (right, y), INK, LEGEND)
+        right -= canvas.text_width(self.label, INK, SMALL)
+        canvas.text(self.label, (right, y), INK, SMALL)
         right -= self.width
         if callable(self.symbol):
             self.symbol(canvas, (right, y))

@@ -9,6 +9,8 @@ import numpy as np
 
 from cps_envs.core.types import FloatArray
 
+Curves = dict[str, FloatArray]  # by name the values (k, ...) of moments
+
 
 class History:
     """Some fields of an episode's scenes up to the present; another episode, or time that goes back, begins anew.
@@ -21,7 +23,7 @@ class History:
         self._episode: int | None = None
         self._moment: tuple[float, ...] = ()
         self._count = 0
-        self._rows: dict[str, FloatArray] = {}
+        self._rows: Curves = {}
 
     def add(self, scene: Any) -> None:
         """Take in a scene; the same moment again replaces what was known of it."""
@@ -39,11 +41,11 @@ class History:
             self._rows[name][self._count] = value
         self._episode, self._moment, self._count = scene.episode, moment, self._count + 1
 
-    def every(self) -> dict[str, FloatArray]:
+    def every(self) -> Curves:
         """By name the values (k, ...) of all moments, as views."""
         return {name: rows[: self._count] for name, rows in self._rows.items()}
 
-    def curves(self) -> dict[str, FloatArray]:
+    def curves(self) -> Curves:
         """By name the values (k, ...) of moments, thinned in long episodes; always with the first and the last."""
         kept = np.arange(0, self._count, 1 + self._count // self._most)
         if self._count and kept[-1] != self._count - 1:

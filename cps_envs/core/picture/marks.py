@@ -8,13 +8,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.canvas import SMALL, Canvas
 from cps_envs.core.picture.palette import MUTED, Color, tint
 from cps_envs.core.picture.plot import Plot
 from cps_envs.core.types import FloatArray
 
 Mark: TypeAlias = Callable[[Canvas, Plot], None]
-SMALL = 15
 WIDE_BAR = 25  # pixels, from which on numbers of neighbours do not meet
 TIP = 5  # pixels of the arrow of a bar that goes on outside the panel
 TIME_MARKS = 5

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas
 from cps_envs.core.picture.frame import INNER, MARGIN
-from cps_envs.core.picture.marks import SMALL, Mark
+from cps_envs.core.picture.marks import Mark
 from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PANEL, Color
 from cps_envs.core.picture.plot import AXIS, Plot
 

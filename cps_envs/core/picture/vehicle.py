@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
-from cps_envs.core.picture.canvas import OVERSAMPLING, Canvas, Point
+from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
 from cps_envs.core.picture.palette import Color, darker
 
 ASPHALT: Color = (58, 64, 74)
 SHOULDER: Color = (84, 91, 102)
 MARKING: Color = (176, 183, 193)
 
+VEHICLE_M = 4.5  # drawn length of vehicles that are points in a model; gaps are drawn between bumpers
+DASH_PERIOD_M = 12.0
 SHAPE = 0.42  # width of a vehicle over its length
 SHORTEST_GLAZED = 10  # pixels of length from which windows are drawn
 BURST = 20  # pixels of the mark of a collision
+
+
+def draw_lane(canvas: Canvas, lane: Box, scale: float, begin_m: float, thick: int) -> None:
+    """Asphalt whose markings stay on the road, and so run backwards under the vehicles.
+
+    It begins at `begin_m` and is drawn at `scale` pixels per metre; the markings are `thick` pixels.
+    """
+    left, top, width, height = lane
+    canvas.box(lane, ASPHALT, radius=2)
+    canvas.box((left, top + 1, width, 1), SHOULDER)
+    period, line = legible(DASH_PERIOD_M * scale), (left, top + height - 1 - thick, width, thick)
+    canvas.dashes(line, MARKING, period=period, length=period / 3, phase=-begin_m * scale)
 
 
 def draw_car(canvas: Canvas, at: Point, size: tuple[int, int], color: Color, rim: Color | None = None) -> None:

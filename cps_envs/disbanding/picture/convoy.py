@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_envs.core.config import bounds
+from cps_envs.core.picture.vehicle import VEHICLE_M
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import TIME_TOLERANCE
 from cps_envs.disbanding.picture.palette import speed_level
 from cps_envs.disbanding.picture.scene import Scene
 
-VEHICLE_M = 4.5  # drawn length; the model's vehicles are points, so its gaps are drawn between bumpers
 BEYOND_M = 15.0  # road shown ahead of the front and behind the rear vehicle
 FEWEST_ROWS, MOST_ROWS = 5, 10
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
+from cps_envs.core.picture.canvas import OVERSAMPLING, SMALL, Box, Canvas, Point, legible
 from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PANEL, Color
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING
 from cps_envs.core.types import FloatArray
@@ -13,7 +13,6 @@ from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, JAMMED, SPEED
 
 AXIS = 40  # pixels at the right for the speed axis
 STRIP, NUMBERS = 13, 15  # pixels for the strip of road and for the platoon numbers below it
-SMALL = 15
 SIGN_M = 250.0  # distance between the signs beside the road
 DASH_M = 50.0
 DOT = 7  # pixels

@@ -6,20 +6,18 @@ from functools import partial
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
+from cps_envs.core.picture.canvas import OVERSAMPLING, SMALL, Box, Canvas, Point
 from cps_envs.core.picture.frame import LegendEntry
 from cps_envs.core.picture.palette import INK, MUTED, PAGE, WHITE, Color
-from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHOULDER, draw_car
+from cps_envs.core.picture.vehicle import ASPHALT, VEHICLE_M, draw_car, draw_lane
 from cps_envs.core.types import FloatArray
-from cps_envs.disbanding.picture.convoy import VEHICLE_M, Convoy
+from cps_envs.disbanding.picture.convoy import Convoy
 from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, SPEED_SCALE
 
-DASH_PERIOD_M, DASH_M = 12.0, 4.0
 CAR_WIDTH_M = 2.1
 WIDEST_LANE = 22  # pixels
 GUTTER = 40  # pixels at the right for the distance from the end of the road
 BRACKET = 11  # pixels above a lane for the platoon's bracket and label
-LABEL_SIZE = 15
 HUMAN_RIM = WHITE
 CRUISE = SPEED_SCALE[round(0.86 * (len(SPEED_SCALE) - 1))]  # of the vehicles in the legend
 CROSS = 9  # pixels of the mark of a vehicle that was in a collision
@@ -38,24 +36,14 @@ def draw_row(canvas: Canvas, convoy: Convoy, row: int, box: Box) -> None:
     left, top, width, height = box
     lane = (left, top + BRACKET + 2, width, min(height - BRACKET - 4, WIDEST_LANE))
     scale, begin_m = width / convoy.row_m, row * convoy.row_m
-    draw_lane(canvas, lane, scale, convoy.end_m - begin_m - convoy.row_m)
+    draw_lane(canvas, lane, scale, convoy.end_m - begin_m - convoy.row_m, thick=1)
     spans = left + width - (convoy.spans() - begin_m) * scale  # (N, 2) from right to left
     for platoon in np.flatnonzero((spans[:, 1] < left + width - 3) & (spans[:, 0] > left + 3)).tolist():
         front, rear = spans[platoon].tolist()
         draw_bracket(canvas, convoy, platoon, (rear, front), (left, top, width, BRACKET))
     with canvas.within(lane):
         draw_vehicles(canvas, convoy, left + width - (convoy.behind_m - begin_m) * scale, scale, lane)
-    canvas.text(f"{begin_m:.0f} m", (left + width + GUTTER, lane[1] + lane[3] / 2), MUTED, LABEL_SIZE, align=1)
-
-
-def draw_lane(canvas: Canvas, lane: Box, scale: float, begin_m: float) -> None:
-    """Asphalt whose markings stay on the road, and so run backwards under the vehicles; it begins at `begin_m`."""
-    left, top, width, height = lane
-    canvas.box(lane, ASPHALT, radius=2)
-    canvas.box((left, top + 1, width, 1), SHOULDER)
-    period = legible(DASH_PERIOD_M * scale)
-    line = (left, top + height - 2, width, 1)
-    canvas.dashes(line, MARKING, period=period, length=period / 3, phase=-begin_m * scale)
+    canvas.text(f"{begin_m:.0f} m", (left + width + GUTTER, lane[1] + lane[3] / 2), MUTED, SMALL, align=1)
 
 
 def draw_bracket(canvas: Canvas, convoy: Convoy, platoon: int, span: Point, box: Box) -> None:
@@ -68,16 +56,16 @@ def draw_bracket(canvas: Canvas, convoy: Convoy, platoon: int, span: Point, box:
     for tip, here in ((begin, begin == span[0]), (end - 1, end == span[1])):
         if here:
             canvas.box((tip, y, 1, 5), color)
-    badge = canvas.text_width(number, WHITE, LABEL_SIZE) + 8
+    badge = canvas.text_width(number, WHITE, SMALL) + 8
     if end - begin < badge:
         return
     canvas.box((end - badge, y - 6, badge, 12), color, radius=3)
-    canvas.text(number, (end - badge / 2, y + 1), WHITE, LABEL_SIZE, align=0.5)
+    canvas.text(number, (end - badge / 2, y + 1), WHITE, SMALL, align=0.5)
     note = f"disbanded at {convoy.scene.disbanding_s[platoon]:.0f} s"
-    width = canvas.text_width(note, color, LABEL_SIZE) + 8
+    width = canvas.text_width(note, color, SMALL) + 8
     if disbanded and end == span[1] and end - begin >= badge + width + 4:
         canvas.box((end - badge - width, y - 5, width, 11), PAGE)
-        canvas.text(note, (end - badge - 4, y + 1), color, LABEL_SIZE, align=1)
+        canvas.text(note, (end - badge - 4, y + 1), color, SMALL, align=1)
 
 
 def draw_vehicles(canvas: Canvas, convoy: Convoy, x: FloatArray, scale: float, lane: Box) -> None:

@@ -7,8 +7,9 @@ import numpy as np
 from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, Frame
 from cps_envs.core.picture.gauge import Scale
 from cps_envs.core.picture.marks import Event
+from cps_envs.core.picture.vehicle import VEHICLE_M
 from cps_envs.core.picture.viewer import CanvasViewer
-from cps_envs.disbanding.picture.convoy import VEHICLE_M, lay_out
+from cps_envs.disbanding.picture.convoy import lay_out
 from cps_envs.disbanding.picture.palette import DISBANDED, SPEED_SCALE
 from cps_envs.disbanding.picture.profile import draw_profile
 from cps_envs.disbanding.picture.road import LEGEND, draw_road

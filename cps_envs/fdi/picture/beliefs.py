@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas
 from cps_envs.core.picture.palette import BELIEVED, FALSE, PAGE, Color
 from cps_envs.core.picture.vehicle import draw_ghost
 from cps_envs.fdi.picture.scene import Scene
 
-SMALL = 15
 LABEL_ROOM = 6  # pixels between a label and what is beside it
 HIGHEST_ROW, GHOST = 24.0, 15  # pixels of a row of beliefs, and of an outline in it
 ARROW = 8  # pixels of the tip of a line that goes on outside the road

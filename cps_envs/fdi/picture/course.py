@@ -6,20 +6,18 @@ from functools import partial
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.marks import SMALL, Disc, Dots, LevelLine, Line, Mark, seconds
+from cps_envs.core.picture.canvas import SMALL, Canvas
+from cps_envs.core.picture.history import Curves
+from cps_envs.core.picture.marks import Disc, Dots, LevelLine, Line, Mark, seconds
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, Color, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot
-from cps_envs.core.types import FloatArray
 from cps_envs.fdi.picture.outcome import is_certified
 from cps_envs.fdi.picture.palette import FALSES
 from cps_envs.fdi.picture.scene import Scene
 
-Curves = dict[str, FloatArray]  # what `core.picture.history.History` tells
 SEEN = ("", "reported_", "used_", "believed_")  # true values, and what is made of them
 MEASURED = tuple(f"{seen}{name}" for name in ("gap", "closing_speed") for seen in SEEN)
-KEPT = ("command", "injection", "trusted", *MEASURED)
 
 
 def target_gap(plot: Plot, scene: Scene, curves: Curves) -> Panel:

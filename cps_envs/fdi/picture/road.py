@@ -6,19 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Box, Canvas, Point
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas, Point
 from cps_envs.core.picture.palette import DAMAGE, FALSE, INK, MUTED, WHITE, tint
-from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
+from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, VEHICLE_M, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, draw_beliefs
 from cps_envs.fdi.picture.palette import TARGET, VEHICLE
 from cps_envs.fdi.picture.scene import Scene
 
-VEHICLE_M = 4.5  # drawn length; the model's vehicles are points, so its gaps are drawn between bumpers
 AHEAD_GAPS, BEHIND_GAPS = 2.5, 1.5  # desired gaps of road shown ahead of the reference and behind the last vehicle
 GHOSTS, LANE = 38, 46  # pixels of height: what is believed, and the lane
-SMALL, NARROWEST = 15, 11  # pixels of letters, and of a vehicle's width
+NARROWEST = 11  # pixels of a vehicle's width
 MOST_WITH_UNIT = 10  # vehicles, above which gaps are written without their unit
 
 

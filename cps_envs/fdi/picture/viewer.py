@@ -14,7 +14,7 @@ from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, T
 from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.plot import Plot, rounded_up
 from cps_envs.core.picture.viewer import RememberingViewer
-from cps_envs.fdi.picture.course import KEPT, injections, target_closing_speed, target_gap
+from cps_envs.fdi.picture.course import MEASURED, injections, target_closing_speed, target_gap
 from cps_envs.fdi.picture.outcome import certificate_of, is_certified, outcome_of, task_of
 from cps_envs.fdi.picture.palette import TARGET
 from cps_envs.fdi.picture.profile import closing_speeds, commands, gaps
@@ -44,7 +44,7 @@ class FdiViewer(RememberingViewer):
     """The target over time beside what every vehicle does now."""
 
     moment = ("time_s", "sensed_s")  # an illegal injection stops the clock
-    kept = KEPT
+    kept = ("command", "injection", "trusted", *MEASURED)
     most_points = 600
 
     def watch(self, scene: Scene) -> None:

@@ -7,8 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.marks import SMALL, Area, Disc, Dots, Event, LevelLine, Line, Mark, TimeLabels
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas
+from cps_envs.core.picture.history import Curves
+from cps_envs.core.picture.marks import Area, Disc, Dots, Event, LevelLine, Line, Mark, TimeLabels
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot
@@ -18,8 +19,6 @@ from cps_envs.hvac.picture.belief import clock
 from cps_envs.hvac.picture.palette import WALL
 from cps_envs.hvac.picture.scene import Scene
 
-Curves = dict[str, FloatArray]  # what `core.picture.history.History` tells
-KEPT = ("temperature", "estimate", "reading", "ready", "mean_residual", "impact")
 TIME_MARKS = 5
 MINUTES = (1, 2, 5, 10, 15, 30, 60, 120, 180, 360, 720)  # between times that are written
 DAY_MINUTES = 1440

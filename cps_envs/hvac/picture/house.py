@@ -18,7 +18,7 @@ from cps_envs.hvac.picture.scene import Scene
 GAP, NARROW = 14, 8  # pixels between rooms, and where more than four storeys are drawn
 SKY, GROUND = 24, 22  # pixels of height
 NARROWEST, WIDEST = 0.16, 0.5  # share of a wall that a link takes, by its conductance
-SMALL = 16
+LETTERS = 16  # pixels
 
 
 class House:
@@ -83,8 +83,8 @@ class House:
             layers.append(("Ground", self._config.ground_c, top + height - GROUND, GROUND, ""))
         for name, value, y, high, more in layers:
             canvas.box((left, y, width, high), temperature_color(value, self._config.reference_c), radius=4)
-            canvas.text(f"{name} {value:.1f} °C{more}", (left + 12, y + high / 2), INK, SMALL)
-        canvas.text(self.afar, (left + width - 12, top + SKY / 2), INK, SMALL, align=1)
+            canvas.text(f"{name} {value:.1f} °C{more}", (left + 12, y + high / 2), INK, LETTERS)
+        canvas.text(self.afar, (left + width - 12, top + SKY / 2), INK, LETTERS, align=1)
 
 
 def _between(one: Box, two: Box, share: float, gap: float) -> Box:

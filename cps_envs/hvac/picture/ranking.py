@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.marks import SMALL, LevelLine, Mark
+from cps_envs.core.picture.canvas import SMALL, Canvas
+from cps_envs.core.picture.marks import LevelLine, Mark
 from cps_envs.core.picture.palette import BELIEVED, FALSE, GRID, INK, MUTED, TRUE, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
+from cps_envs.core.picture.canvas import OVERSAMPLING, SMALL, Box, Canvas, Point
 from cps_envs.core.picture.palette import BELIEVED, BORDER, FALSE, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.hvac.picture.belief import EstimateSource
 from cps_envs.hvac.picture.palette import HEAT, HONEST, temperature_color
@@ -13,7 +13,6 @@ from cps_envs.hvac.picture.scene import Scene
 WIDE, HIGH = 150, 130  # pixels from which a room has space for words
 LEAST_WIDE, LEAST_HIGH = 90, 60  # below which it has space for its number, its temperature and its sensors only
 EDGE = 10  # pixels between a wall and what is in the room
-SMALL = 15
 
 
 def draw_room(canvas: Canvas, scene: Scene, belief: EstimateSource, zone: int, box: Box) -> None:

@@ -8,6 +8,7 @@ from functools import partial
 from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.frame import HEIGHT, MARGIN, WIDTH, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Scale
+from cps_envs.core.picture.history import Curves
 from cps_envs.core.picture.marks import Event
 from cps_envs.core.picture.palette import BELIEVED, FALSE, MUTED, TRUE
 from cps_envs.core.picture.panel import Panel
@@ -15,7 +16,7 @@ from cps_envs.core.picture.plot import AXIS, Plot, rounded_up
 from cps_envs.core.picture.viewer import RememberingViewer
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import EstimateSource, belief_of, clock
-from cps_envs.hvac.picture.course import KEPT, Curves, impact, residuals, temperature
+from cps_envs.hvac.picture.course import impact, residuals, temperature
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.palette import HONEST, REACH_C, TEMPERATURE_SCALE
 from cps_envs.hvac.picture.ranking import ranking
@@ -31,7 +32,7 @@ class HvacViewer(RememberingViewer):
     """The building on the left, the course of the day on the right."""
 
     moment = ("step",)
-    kept = KEPT
+    kept = ("temperature", "estimate", "reading", "ready", "mean_residual", "impact")
     most_points = 240
 
     def __init__(self, config: HvacConfig, canvas: Canvas | None = None) -> None:

@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.marks import SMALL, Area, Disc, Event, LevelLine, Line, Mark, seconds
+from cps_envs.core.picture.canvas import SMALL, Canvas
+from cps_envs.core.picture.history import Curves
+from cps_envs.core.picture.marks import Area, Disc, Event, LevelLine, Line, Mark, seconds
 from cps_envs.core.picture.palette import DAMAGE, MUTED, Color, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot
@@ -16,8 +17,6 @@ from cps_envs.core.types import FloatArray
 from cps_envs.rogue.picture.palette import AHEAD, ALARM, ATTACKER, BEHIND, BRAKING, OTHER
 from cps_envs.rogue.picture.scene import Scene
 
-Curves = dict[str, FloatArray]  # what `core.picture.history.History` tells
-KEPT = ("effort", "speed", "gap", "damage")
 STRIP = 6  # pixels of what shows the attacker's effort
 LEVELS = 10  # of effort that its colours tell apart, on either side of zero
 EFFORTS = {k: tint(ATTACKER if k > 0 else BRAKING, abs(k) / LEVELS) for k in range(-LEVELS, LEVELS + 1)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas
 from cps_envs.core.picture.palette import MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT
 from cps_envs.rogue.picture.palette import LAW_COLORS
@@ -10,7 +10,6 @@ from cps_envs.rogue.picture.road import window_m
 from cps_envs.rogue.picture.scene import Scene
 
 LABEL = 62  # pixels at the right for the length of the strip
-SMALL = 15
 MARK = 4  # pixels of a vehicle's length
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, BarValue, LevelLine, Mark
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas
+from cps_envs.core.picture.marks import WIDE_BAR, Bar, BarValue, LevelLine, Mark
 from cps_envs.core.picture.palette import DAMAGE, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot

@@ -6,18 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Box, Canvas, Point, legible
+from cps_envs.core.picture.canvas import SMALL, Box, Canvas, Point
 from cps_envs.core.picture.palette import DAMAGE, INK, MUTED, WHITE, tint
-from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
+from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, draw_burst, draw_car, draw_ghost, draw_lane
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.rogue.picture.palette import ALARM, ATTACKER, BRAKE_LIGHT, LAW_COLORS
 from cps_envs.rogue.picture.scene import Scene
 
 BEYOND = 3.0  # separations of road shown before and behind the platoon in steady state
-DASH_PERIOD_M = 12.0
 LABELS = 18  # pixels below the lane for numbers and gaps
 SHORTEST, NARROWEST = 7, 6  # pixels of a vehicle
-SMALL = 15  # pixels of letters
 SMALLEST_RIMMED = 12  # pixels of width, from which on the attacker has a white rim and bursts are large
 BURST, SMALL_BURST = 17, 13  # pixels
 SIDES = {"linear": (1, -1), "sliding": (1, -1), "front": (1,), "rear": (-1,), "human": (1,)}  # that a law looks to
@@ -69,7 +67,7 @@ def lay_out(scene: Scene, box: Box) -> RoadWindow:
 def draw_road(canvas: Canvas, scene: Scene, struck: BoolArray, box: Box) -> None:
     """The lane with everything on and below it; `struck` (n - 1,) are the pairs that are marked as colliding."""
     road = lay_out(scene, box)
-    draw_lane(canvas, road)
+    draw_lane(canvas, road.lane, road.scale, road.begin_m, thick=2)
     with canvas.within(road.lane):
         frame = (road.car[0] + 8, road.car[1] + 8)
         draw_ghost(canvas, (road.reference - frame[0] / 2, road.middle - frame[1] / 2), frame, MARKING)
@@ -81,16 +79,6 @@ def draw_road(canvas: Canvas, scene: Scene, struck: BoolArray, box: Box) -> None
             draw_burst(canvas, at, DAMAGE, WHITE, BURST if road.car[1] >= SMALLEST_RIMMED else SMALL_BURST)
     draw_out_of_sight(canvas, road)
     draw_labels(canvas, road)
-
-
-def draw_lane(canvas: Canvas, road: RoadWindow) -> None:
-    """Asphalt whose markings stay on the road, and so run backwards under the vehicles."""
-    left, top, width, height = road.lane
-    canvas.box(road.lane, ASPHALT, radius=2)
-    canvas.box((left, top + 1, width, 1), SHOULDER)
-    period = legible(DASH_PERIOD_M * road.scale)
-    line = (left, top + height - 3, width, 2)
-    canvas.dashes(line, MARKING, period=period, length=period / 3, phase=-road.begin_m * road.scale)
 
 
 def draw_links(canvas: Canvas, road: RoadWindow, vehicle: int) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.frame import INNER, MARGIN, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Gauge
-from cps_envs.core.picture.history import History
+from cps_envs.core.picture.history import Curves, History
 from cps_envs.core.picture.palette import DAMAGE, INK, Color
 from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.plot import Plot, rounded_up
@@ -17,7 +17,7 @@ from cps_envs.core.picture.vehicle import ASPHALT
 from cps_envs.core.picture.viewer import RememberingViewer
 from cps_envs.core.types import BoolArray
 from cps_envs.rogue.controllers import DRIVEN
-from cps_envs.rogue.picture.course import KEPT, Curves, damage_curve, gap_curves, onsets, speed_curves
+from cps_envs.rogue.picture.course import damage_curve, gap_curves, onsets, speed_curves
 from cps_envs.rogue.picture.overview import draw_overview
 from cps_envs.rogue.picture.palette import ALARM, ATTACKER, BRAKING, LAW_COLORS
 from cps_envs.rogue.picture.profile import damages, detectors, gaps
@@ -39,7 +39,7 @@ LAWS = {"mode": DRIVEN, "command": ("commanded",), "either": (*DRIVEN, "commande
 class RogueViewer(RememberingViewer):
     """The road, and below it what each vehicle does now beside the episode so far."""
 
-    kept = KEPT
+    kept = ("effort", "speed", "gap", "damage")
     most_points = 300
 
     def draw(self, scene: Scene) -> None:
