@@ -8,7 +8,7 @@ import pytest
 from cps_envs.core.picture.vehicle import VEHICLE_M
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.picture.convoy import BEYOND_M, lay_out
-from cps_envs.disbanding.picture.palette import LEVELS, speed_level
+from cps_envs.disbanding.picture.palette import SPEED_SCALE
 from tests.disbanding.pictures import CONFIG, START, frame, played
 
 pygame = pytest.importorskip("pygame")
@@ -47,4 +47,6 @@ def test_gaps_are_drawn_between_bumpers() -> None:
 
 
 def test_speed_scale_spans_the_speeds() -> None:
-    assert speed_level(np.array([-1.0, 0.0, 36.0, 40.0]), 36.0).tolist() == [0, 0, LEVELS - 1, LEVELS - 1]
+    slow, fast = SPEED_SCALE[0], SPEED_SCALE[-1]
+    convoy = lay_out(replace(START, speed=np.resize([-1.0, 0.0, 36.0, 40.0], 100)))
+    assert [convoy.color(q) for q in range(4)] == [slow, slow, fast, fast]

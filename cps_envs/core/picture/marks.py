@@ -19,6 +19,11 @@ TIP = 5  # pixels of the arrow of a bar that goes on outside the panel
 TIME_MARKS = 5
 
 
+def decimal(value: float, places: int = 1, sign: str = "") -> str:
+    """A number with so many decimal places, without a minus before zero; with `sign` "+" also with a plus."""
+    return f"{round(value, places) + 0.0:{sign}.{places}f}"
+
+
 @dataclass(frozen=True)
 class LevelLine:
     """A line across the panel at a value, dashed if that is in range, or solid."""
@@ -154,7 +159,7 @@ class BarValue:
         elif not plot.shows(value):
             y += 16 if value > 0 else -16
         at = (self.bar.left + self.bar.width / 2, min(max(y, top + 7), top + height - 7))
-        canvas.text(f"{round(value, 1) + 0.0:.1f}", at, self.color, SMALL, align=0.5)
+        canvas.text(decimal(value), at, self.color, SMALL, align=0.5)
 
 
 @dataclass(frozen=True)

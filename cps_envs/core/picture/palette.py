@@ -29,6 +29,11 @@ def color_scale(anchors: Sequence[Color], stops: Sequence[float], levels: int) -
     return [(round(red), round(green), round(blue)) for red, green, blue in zip(*channels, strict=True)]
 
 
+def along(scale: Sequence[Color], share: float) -> Color:
+    """The colour at a share of a scale; below 0 and above 1 that of its nearest end."""
+    return scale[round(min(max(share, 0.0), 1.0) * (len(scale) - 1))]
+
+
 def darker(color: Color, share: float = 0.6) -> Color:
     """A colour with its channels multiplied by `share`."""
     return (int(color[0] * share), int(color[1] * share), int(color[2] * share))

@@ -13,7 +13,7 @@ from cps_envs.core.types import FloatArray
 
 AXIS = 36  # pixels at the right for the numbers
 SPACING = 16  # pixels between numbers
-ROOM = 4  # pixels between the range of values and the edges of the panel
+ROOM = 4
 NARROWEST_BAR, WIDEST_BAR = 4, 28  # pixels
 
 
@@ -29,6 +29,7 @@ class Plot:
     high: float
     logarithmic: bool = False
     columns: int = 1
+    room: int = ROOM  # pixels between the range of values and the edges of the panel
 
     def y(self, value: float) -> float:
         """Height in pixels of a value; of one out of range, the nearest end."""
@@ -40,7 +41,7 @@ class Plot:
         if self.logarithmic:
             values = np.log10(np.maximum(values, 10.0**self.low))
         share = (np.clip(values, self.low, self.high) - self.low) / (self.high - self.low)
-        y = top + height - ROOM - share * (height - 2 * ROOM)
+        y = top + height - self.room - share * (height - 2 * self.room)
         return list(zip(x.tolist(), y.tolist(), strict=True))
 
     def shows(self, value: float) -> bool:
@@ -60,7 +61,7 @@ class Plot:
     def along(self, share: FloatArray | float) -> FloatArray:
         """Pixels from the left of shares of the width; those above 1 lie at its end."""
         left, _, width, _ = self.box
-        return np.asarray(left + ROOM + np.minimum(share, 1.0) * (width - 2 * ROOM))
+        return np.asarray(left + self.room + np.minimum(share, 1.0) * (width - 2 * self.room))
 
     @property
     def pitch(self) -> float:

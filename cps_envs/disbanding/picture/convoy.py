@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_envs.core.config import bounds
+from cps_envs.core.picture.palette import Color, along
 from cps_envs.core.picture.vehicle import VEHICLE_M
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.controllers import TIME_TOLERANCE
-from cps_envs.disbanding.picture.palette import speed_level
+from cps_envs.disbanding.picture.palette import SPEED_SCALE
 from cps_envs.disbanding.picture.scene import Scene
 
 BEYOND_M = 15.0  # road shown ahead of the front and behind the rear vehicle
@@ -24,7 +25,6 @@ class Convoy:
 
     scene: Scene
     behind_m: FloatArray  # (M,) from the end of the road back to the front bumper
-    level: Array  # (M,) index into the speed scale
     human: BoolArray  # (M,) the driver has taken over
     end_m: float  # road position of the end of the road; grows with the travelled distance
     rows: int
@@ -34,6 +34,10 @@ class Convoy:
     def road_m(self) -> float:
         """Length of the road shown."""
         return self.rows * self.row_m
+
+    def color(self, vehicle: int) -> Color:
+        """Of a vehicle, by its speed."""
+        return along(SPEED_SCALE, float(self.scene.speed[vehicle]) / self.scene.config.max_speed_mps)
 
     def spans(self) -> FloatArray:
         """Metres behind the end of the road of each platoon's first bumper and last tail, (N, 2)."""
@@ -62,7 +66,6 @@ def lay_out(scene: Scene) -> Convoy:
     return Convoy(
         scene=scene,
         behind_m=behind,
-        level=speed_level(scene.speed, config.max_speed_mps),
         human=np.repeat(scene.disbanding_s, size) + scene.takeover_delay_s <= scene.time_s + TIME_TOLERANCE,
         end_m=end_m,
         rows=rows,

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from cps_envs.core.picture.palette import Color, color_scale
-from cps_envs.core.types import Array, FloatArray
 
 INTACT: Color = (84, 97, 117)
 DISBANDED: Color = (201, 84, 16)
@@ -17,8 +14,3 @@ LEVELS = 64  # colours of the speed scale
 _STOPS = (0.0, 0.150, 0.423, 0.680, 1.0)  # where the anchors lie at equal distances along the path in OKLab
 _ANCHORS = ((204, 28, 46), (232, 92, 52), (246, 186, 76), (92, 190, 160), (48, 112, 190))
 SPEED_SCALE = color_scale(_ANCHORS, _STOPS, LEVELS)
-
-
-def speed_level(speed: FloatArray, max_speed_mps: float) -> Array:
-    """Index into SPEED_SCALE of each speed (m/s)."""
-    return np.clip(np.rint(speed / max_speed_mps * (LEVELS - 1)), 0, LEVELS - 1).astype(np.int64)

@@ -2,65 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, SMALL, Box, Canvas, Point, legible
+from cps_envs.core.picture.marks import LevelLine
 from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PANEL, Color
+from cps_envs.core.picture.plot import Plot
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.picture.convoy import Convoy
-from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, JAMMED, SPEED_SCALE, UNWARNED, WARNED
+from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, JAMMED, UNWARNED, WARNED
 
 AXIS = 40  # pixels at the right for the speed axis
 STRIP, NUMBERS = 13, 15  # pixels for the strip of road and for the platoon numbers below it
 SIGN_M = 250.0  # distance between the signs beside the road
 DASH_M = 50.0
-DOT = 7  # pixels
+DOT, ROOM = 7, 6  # pixels of a dot, and between the range of speeds and the edges of the plot
 
 
 def draw_profile(canvas: Canvas, convoy: Convoy, box: Box) -> None:
     """Speed over position in the upper part of a box, the strip and the platoons' numbers below, on one scale."""
     left, top, width, height = box
-    plot = (left, top, width - AXIS, height - STRIP - NUMBERS)
-    scale = plot[2] / convoy.road_m
-    x = left + plot[2] - convoy.behind_m * scale  # (M,) front bumpers
+    wide, high = width - AXIS, height - STRIP - NUMBERS
+    plot = Plot((left, top, wide, high), 0.0, convoy.scene.config.max_speed_mps, room=ROOM)
+    scale = wide / convoy.road_m
+    x = left + wide - convoy.behind_m * scale  # (M,) front bumpers
     draw_axes(canvas, convoy, plot, scale)
-    draw_speeds(canvas, convoy, x, plot)
-    draw_strip(canvas, convoy, x, (left, top + plot[3], plot[2], STRIP), scale)
-    draw_numbers(canvas, convoy, left + plot[2], top + height - NUMBERS / 2 + 1, scale)
+    draw_speeds(canvas, convoy, plot.points(x, convoy.scene.speed))
+    draw_strip(canvas, convoy, x, (left, top + high, wide, STRIP), scale)
+    draw_numbers(canvas, convoy, left + wide, top + height - NUMBERS / 2 + 1, scale)
 
 
-def height_of(speed: FloatArray | float, max_speed_mps: float, plot: Box) -> FloatArray:
-    """Height in pixels of speeds (m/s), with room for a dot above and below."""
-    return np.asarray(plot[1] + plot[3] - 6 - np.asarray(speed) / max_speed_mps * (plot[3] - 12))
-
-
-def draw_axes(canvas: Canvas, convoy: Convoy, plot: Box, scale: float) -> None:
+def draw_axes(canvas: Canvas, convoy: Convoy, plot: Plot, scale: float) -> None:
     """Grid, speed axis, desired speed, and signs that stand beside the road at fixed distances."""
-    left, top, width, height = plot
-    canvas.box(plot, PANEL)
+    left, top, width, height = plot.box
+    canvas.box(plot.box, PANEL)
     pitch_m = legible(SIGN_M * scale) / scale
     first_m = np.ceil((convoy.end_m - convoy.road_m) / pitch_m) * pitch_m
     for metres in np.arange(first_m, convoy.end_m, pitch_m).tolist():
         x = left + width - (convoy.end_m - metres) * scale
         canvas.box((x, top, 1, height), GRID)
-    maximum, desired = convoy.scene.config.max_speed_mps, convoy.scene.config.desired_speed_mps
+    desired = convoy.scene.config.desired_speed_mps
     for speed in [*np.arange(0.0, max(desired - 4.0, 1.0), 10.0), desired]:
-        y = float(height_of(speed, maximum, plot))
+        y = plot.y(speed)
         canvas.box((left, y, width, 1), GRID)
         canvas.text(f"{speed:.0f}", (left + width + 8, y), MUTED, SMALL)
-    canvas.dashes((left, y, width, 1), MUTED, period=8, length=4)
-    canvas.box(plot, BORDER, border=1)
+    LevelLine(desired, MUTED)(canvas, plot)
+    canvas.box(plot.box, BORDER, border=1)
     canvas.text("m/s", (left + width + 8, top + height + STRIP / 2), MUTED, SMALL)
 
 
-def draw_speeds(canvas: Canvas, convoy: Convoy, x: FloatArray, plot: Box) -> None:
+def draw_speeds(canvas: Canvas, convoy: Convoy, points: Sequence[Point]) -> None:
     """A dot for each vehicle, hollow for human drivers, a cross for those in a collision, joined front to rear."""
-    y = height_of(convoy.scene.speed, convoy.scene.config.max_speed_mps, plot)
-    canvas.path(list(zip(x.tolist(), y.tolist(), strict=True)), MARKING)
-    for q in range(len(x)):
-        color = SPEED_SCALE[int(convoy.level[q])]
-        draw_dot(canvas, (float(x[q]), float(y[q])), color, bool(convoy.human[q]), bool(convoy.scene.collided[q]))
+    canvas.path(points, MARKING)
+    for q, point in enumerate(points):
+        draw_dot(canvas, point, convoy.color(q), bool(convoy.human[q]), bool(convoy.scene.collided[q]))
 
 
 def draw_dot(canvas: Canvas, centre: Point, color: Color, human: bool, collided: bool) -> None:
@@ -88,8 +86,7 @@ def draw_strip(canvas: Canvas, convoy: Convoy, x: FloatArray, box: Box, scale: f
     for y in (top + 1, top + height - 2):
         canvas.dashes((left, y, width, 1), MARKING, period=period, length=period / 2, phase=phase)
     for q in range(len(x)):
-        color = SPEED_SCALE[int(convoy.level[q])]
-        canvas.box((float(x[q]) - 3, top + 3, 3, height - 6), color)
+        canvas.box((float(x[q]) - 3, top + 3, 3, height - 6), convoy.color(q))
     draw_beliefs(canvas, convoy, x, box)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, SMALL, Box, Canvas, Point
 from cps_envs.core.picture.frame import LegendEntry
-from cps_envs.core.picture.palette import INK, MUTED, PAGE, WHITE, Color
+from cps_envs.core.picture.palette import INK, MUTED, PAGE, WHITE, Color, along
 from cps_envs.core.picture.vehicle import ASPHALT, VEHICLE_M, draw_car, draw_lane
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.picture.convoy import Convoy
@@ -19,7 +19,7 @@ WIDEST_LANE = 22  # pixels
 GUTTER = 40  # pixels at the right for the distance from the end of the road
 BRACKET = 11  # pixels above a lane for the platoon's bracket and label
 HUMAN_RIM = WHITE
-CRUISE = SPEED_SCALE[round(0.86 * (len(SPEED_SCALE) - 1))]  # of the vehicles in the legend
+CRUISE = along(SPEED_SCALE, 0.86)  # of the vehicles in the legend
 CROSS = 9  # pixels of the mark of a vehicle that was in a collision
 
 
@@ -78,10 +78,10 @@ def draw_vehicles(canvas: Canvas, convoy: Convoy, x: FloatArray, scale: float, l
     for q in seen:
         if large or not collided[q]:
             at = (float(x[q]) - size[0], middle - size[1] / 2)
-            draw_car(canvas, at, size, SPEED_SCALE[int(convoy.level[q])], HUMAN_RIM if convoy.human[q] else None)
+            draw_car(canvas, at, size, convoy.color(q), HUMAN_RIM if convoy.human[q] else None)
     for q in seen:
         if collided[q]:
-            color = WHITE if large else SPEED_SCALE[int(convoy.level[q])]
+            color = WHITE if large else convoy.color(q)
             draw_cross(canvas, (float(x[q]) - size[0] / 2, middle), color)
 
 

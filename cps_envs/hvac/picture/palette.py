@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.picture.palette import Color, color_scale
+from cps_envs.core.picture.palette import Color, along, color_scale
 
 HEAT: Color = (178, 34, 52)
 HONEST: Color = (70, 82, 102)  # sensors that nobody forges
@@ -16,5 +16,4 @@ TEMPERATURE_SCALE = color_scale(_ANCHORS, (0.0, 0.25, 0.47, 0.53, 0.75, 1.0), LE
 
 def temperature_color(temperature_c: float, reference_c: float) -> Color:
     """Blue 10 C or more below the reference, pale at it, red 10 C or more above."""
-    share = (temperature_c - reference_c + REACH_C) / (2 * REACH_C)
-    return TEMPERATURE_SCALE[round(min(max(share, 0.0), 1.0) * (LEVELS - 1))]
+    return along(TEMPERATURE_SCALE, (temperature_c - reference_c + REACH_C) / (2 * REACH_C))

@@ -53,7 +53,7 @@ def draw_values(scene: Scene, canvas: Canvas, plot: Plot) -> None:
 def draw_members(scene: Scene, canvas: Canvas, plot: Plot) -> None:
     """A row for each sensor, in which its number or a mark stands under every set that it is in."""
     left, top, width, height = plot.box
-    pitch, sensors = plot.pitch, scene.config.num_sensors
+    pitch, member, sensors = plot.pitch, scene.member, scene.config.num_sensors
     row = min((BELOW - 3) / sensors, TALLEST_ROW)
     written = row >= LEAST_ROW and pitch >= LEAST_PITCH
     mark, thick = min(pitch - 2, 12.0), max(row - 1.5, 1.0)
@@ -62,7 +62,7 @@ def draw_members(scene: Scene, canvas: Canvas, plot: Plot) -> None:
         color = FALSE if scene.compromised[sensor] else HONEST
         if not written:
             canvas.box((left, middle, width, 1), GRID)
-        for a in np.flatnonzero(scene.member[:, sensor]).tolist():
+        for a in np.flatnonzero(member[:, sensor]).tolist():
             x = plot.middle(a)
             if written:
                 canvas.text(str(sensor + 1), (x, middle), color, SMALL, align=0.5)

@@ -9,7 +9,7 @@ import numpy as np
 
 from cps_envs.core.picture.canvas import SMALL, Canvas
 from cps_envs.core.picture.history import Curves
-from cps_envs.core.picture.marks import Area, Disc, Event, LevelLine, Line, Mark, seconds
+from cps_envs.core.picture.marks import Area, Disc, Event, LevelLine, Line, Mark, decimal, seconds
 from cps_envs.core.picture.palette import DAMAGE, MUTED, Color, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot
@@ -28,7 +28,7 @@ def gap_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     words = []
     for pair, name, color in ((scene.attacker - 1, "behind", BEHIND), (scene.attacker, "ahead", AHEAD)):
         if pair >= 0:
-            words.append((f"{name} {round(float(scene.gap[pair]), 1) + 0.0:.1f}", color))
+            words.append((f"{name} {decimal(float(scene.gap[pair]))}", color))
             marks += trace(scene, curves, curves["gap"][:, pair], color)
     return Panel(plot, "Gaps beside the attacker (m):", marks, words=words)
 

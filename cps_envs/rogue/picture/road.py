@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_envs.core.picture.canvas import SMALL, Box, Canvas, Point
+from cps_envs.core.picture.marks import decimal
 from cps_envs.core.picture.palette import DAMAGE, INK, MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, draw_burst, draw_car, draw_ghost, draw_lane
 from cps_envs.core.types import BoolArray, FloatArray
@@ -166,11 +167,7 @@ def draw_labels(canvas: Canvas, road: RoadWindow) -> None:
         canvas.text(label, (x, y), WHITE if seized else INK, 17, align=0.5)
         ends[i], free = (x - reach, x + reach), x + reach
     for i, gap in enumerate(scene.gap.tolist()):
-        label, (_, begin), (end, _) = (
-            f"{round(gap, 1) + 0.0:.1f}",
-            ends.get(i, (0.0, np.inf)),
-            ends.get(i + 1, (0.0, 0.0)),
-        )
+        label, begin, end = decimal(gap), ends.get(i, (0.0, np.inf))[1], ends.get(i + 1, (0.0, 0.0))[0]
         label += " m" if end - begin > canvas.text_width(label + " m", MUTED, SMALL) + 6 else ""
         if end - begin > canvas.text_width(label, MUTED, SMALL) + 4:
             canvas.text(label, ((begin + end) / 2, y), MUTED, SMALL, align=0.5)

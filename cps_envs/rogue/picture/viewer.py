@@ -10,6 +10,7 @@ from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.frame import INNER, MARGIN, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Gauge
 from cps_envs.core.picture.history import Curves, History
+from cps_envs.core.picture.marks import decimal
 from cps_envs.core.picture.palette import DAMAGE, INK, Color
 from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.plot import Plot, rounded_up
@@ -123,7 +124,7 @@ def cards(scene: Scene) -> list[tuple[str, str]]:
         ("Contacts", f"{metrics['collisions']:.0f}"),
         ("Alarms", f"{metrics['alarms']:.0f} of {intact}"),
         ("Human drivers", f"{metrics['humans']:.0f} of {intact}"),
-        ("Leader's lag", f"{round(metrics['reference_error_m'], 1) + 0.0:.1f} m"),
+        ("Leader's lag", f"{decimal(metrics['reference_error_m'])} m"),
     ]
 
 
@@ -134,7 +135,7 @@ def effort(scene: Scene) -> Gauge:
     end = (min(max(scene.effort, low), high) - low) / (high - low)
     return Gauge(
         title="Attacker's effort",
-        value=f"{round(scene.effort, 2) + 0.0:+.2f}",
+        value=decimal(scene.effort, 2, "+"),
         color=color,
         fills=[(min(zero, end), max(zero, end), color)] if scene.effort else [],
         below=[(f"brake {low:g}", 0.0), (f"drive {high:g}", 1.0)],
