@@ -7,10 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from cps_envs.core.adapter import Adapter
+from cps_envs.core.conformance.actors import Actor
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.problem import Problem
+from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, Role
+
+OnAct = Callable[[Seen, State, Array, Array, State], None]  # seen, state, the agents' actions, the role's, next state
 
 
 def started(problem: Problem, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> Any:
@@ -52,3 +57,44 @@ def watched(
     found: list[Any] = []
     play(problem, attacker, defender, seeds, preset, lambda game: found.append(see(game)), **overrides)
     return found
+
+
+def seen_by(game: Any, adapter: Adapter) -> Seen:
+    """What an adapter of a game's role is shown of all environments."""
+    role = adapter.spec.role
+    team = game.team(role).observe() if adapter.local else None
+    return Seen(game.fields[role], game.observe(role), masks=game.action_mask(role), team=team)
+
+
+class Through(AnalyticPolicy):
+    """Plays through an adapter: one action of all its agents, or drawn legal ones without one."""
+
+    masked = True
+
+    def __init__(self, adapter: Adapter, action: Any = None, on_act: OnAct | None = None) -> None:
+        super().__init__(adapter.spec)
+        self.adapter, self.action, self.on_act = adapter, action, on_act
+        self.decentralised = adapter.local
+        self._actor = Actor(adapter.action_space, adapter.neutral_action, 0, boldness=1.0)
+
+    def begin(self, generators: Any, knowledge: Any) -> State:
+        """The adapter's."""
+        return self.adapter.begin(len(generators))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """Each agent's choice, joined; nothing can write to the state that it came from."""
+        for array in state or ():
+            array.setflags(write=False)
+        chosen = self._chosen(seen, state)
+        action, after = self.adapter.act(seen, state, chosen)
+        if self.on_act is not None:
+            self.on_act(seen, state, chosen, action, after)
+        return action, after
+
+    def _chosen(self, seen: Seen, state: State) -> Array:
+        shape = (len(seen), len(self.adapter.agents))
+        if self.action is not None:
+            return np.full((*shape, *np.shape(self.adapter.neutral_action)), self.action)
+        masks = self.adapter.masks(seen, state)
+        drawn = [self._actor.act(None if masks is None else masks[place]) for place in np.ndindex(shape)]
+        return np.reshape(drawn, (*shape, *np.shape(self.adapter.neutral_action)))

@@ -10,67 +10,31 @@ import pytest
 from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import FloatArray, Observation
+from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.adapters import STEPS, Follow, FollowRoad, Vehicle
 from cps_envs.disbanding.follower import PLAIN, UNIT, SetPoints, set_points
-from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.problem import LEARNING_ATTACKERS
 from tests.disbanding.rounds import game_of, played, started_match
-
-EVERY = 50  # decisions between two looks
-
-
-def seen(game: DisbandingGame) -> Seen:
-    return Seen(game.fields["defender"], game.observe("defender"), team=game.team("defender").observe())
+from tests.episodes import seen_by
 
 
 def neutral(adapter: Adapter, count: int) -> FloatArray:
     return np.broadcast_to(adapter.neutral_action, (count, len(adapter.agents), *adapter.neutral_action.shape))
 
 
-def drive(adapter: Adapter, game: DisbandingGame, **players: Any) -> tuple[FloatArray, list[Observation]]:
-    """Whole episodes under the neutral action: what was paid, and the rows of active agents on the way."""
-    match, count = started_match(game, **players), game.num_envs
-    paid, shown, everyone = np.zeros(count), [], np.ones(count, np.bool_)
-    for step in range(game.horizon):
-        now = Seen(game.fields["defender"], game.observe("defender"))
-        if step % EVERY == 0:
-            shown.append(adapter.observe(now, ())[adapter.active(now, ())])
-        corrections, _ = adapter.act(now, (), neutral(adapter, count))
-        paid += match.step({"defender": corrections}, everyone, 1)
-    return paid, shown
-
-
-@pytest.fixture(scope="module")
-def plain() -> tuple[FloatArray, FloatArray, DisbandingGame, dict[type[Adapter], Observation]]:
-    """Payoffs of the plain follower and of no defence, the game at the end, and what agents see."""
-    game = game_of(12)
-    rows: dict[type[Adapter], Observation] = {}
-    for kind in (Follow, FollowRoad):
-        paid, shown = drive(kind(game.spec("defender")), game, attacker=LEARNING_ATTACKERS)
-        rows[kind] = np.concatenate(shown)
-    return paid, played(count=game.num_envs)[0], game, rows
-
-
-def test_the_plain_follower_is_far_better_than_nothing(plain: Any) -> None:
-    paid, without, game, _ = plain
+def test_the_plain_follower_is_far_better_than_nothing() -> None:
+    (paid, found), (without, _) = (
+        played(defender=each, count=12) for each in ("always?adapter=follow&action=0", "none")
+    )
     assert (paid - without).mean() < -8
-    assert game.metrics()["collided_intact"].mean() < 0.2
-
-
-@pytest.mark.parametrize("kind", [Follow, FollowRoad])
-def test_what_agents_see_varies(plain: Any, kind: type[Adapter]) -> None:
-    rows = plain[3][kind]
-    assert np.abs(rows).max() <= 1
-    assert np.mean(rows.std(axis=0) >= 0.2) >= 0.9
-    assert rows.std(axis=0).min() > 0.1
+    assert found["collided_intact"].mean() < 0.2
 
 
 def test_rows_of_platoons_tell_what_their_vehicles_do() -> None:
     game = game_of(3)
     match = started_match(game, attacker="spread")
     match.step({}, np.ones(3, np.bool_), 900)
-    adapter, state, now = Follow(game.spec("defender")), game.state, seen(game)
+    adapter, state = Follow(game.spec("defender")), game.state
+    now = seen_by(game, adapter)
     rows = adapter.fields.decode(adapter.observe(now, ()))
     speed = state.speed.reshape(3, 10, 10)
     gaps = -np.diff(state.position.reshape(3, 10, 10), axis=2)
@@ -91,7 +55,8 @@ def test_rows_of_platoons_tell_what_their_vehicles_do() -> None:
 def test_a_correction_is_that_of_the_formula() -> None:
     game = game_of(2)
     started_match(game, attacker="lead").step({}, np.ones(2, np.bool_), 800)
-    adapter, now = Follow(game.spec("defender")), seen(game)
+    adapter = Follow(game.spec("defender"))
+    now = seen_by(game, adapter)
     actions = np.random.default_rng(0).uniform(-0.4, 0.4, (2, 10, 22))
     found, _ = adapter.act(now, (), actions)
     for b, q in ((0, 37), (0, 50), (1, 99)):
@@ -120,10 +85,10 @@ def test_zero_is_the_plain_follower() -> None:
 def test_one_agent_for_the_road_is_every_platoon_alike() -> None:
     game = game_of(4)
     started_match(game, attacker="spread").step({}, np.ones(4, np.bool_), 600)
-    spec, now = game.spec("defender"), seen(game)
-    actions = np.random.default_rng(1).uniform(-1, 1, (4, 1, 22))
-    together, _ = FollowRoad(spec).act(now, (), actions)
-    apart, _ = Follow(spec).act(now, (), np.repeat(actions, 10, axis=1))
+    road, platoons = FollowRoad(game.spec("defender")), Follow(game.spec("defender"))
+    now, actions = seen_by(game, road), np.random.default_rng(1).uniform(-1, 1, (4, 1, 22))
+    together, _ = road.act(now, (), actions)
+    apart, _ = platoons.act(now, (), np.repeat(actions, 10, axis=1))
     assert np.array_equal(together, apart)
 
 
@@ -139,7 +104,8 @@ def test_one_agent_for_the_road_is_every_platoon_alike() -> None:
 def test_platoons_of_every_configuration_follow(overrides: dict[str, Any]) -> None:
     game = game_of(3, **overrides)
     started_match(game, attacker="lead").step({}, np.ones(3, np.bool_), 700)
-    adapter, now = Follow(game.spec("defender")), seen(game)
+    adapter = Follow(game.spec("defender"))
+    now = seen_by(game, adapter)
     rows, active = adapter.observe(now, ()), adapter.active(now, ())
     corrections, _ = adapter.act(now, (), neutral(adapter, 3))
     present = np.arange(game.config.max_platoons) < (game.constants["num_vehicles"] // 10)[:, np.newaxis]
@@ -157,7 +123,8 @@ def test_platoons_of_every_configuration_follow(overrides: dict[str, Any]) -> No
 def test_vehicles_act_and_see_for_themselves() -> None:
     game = game_of(2)
     started_match(game, attacker="spread").step({}, np.ones(2, np.bool_), 600)
-    adapter, now = Vehicle(game.spec("defender")), seen(game)
+    adapter = Vehicle(game.spec("defender"))
+    now = seen_by(game, adapter)
     assert np.array_equal(adapter.observe(now, ()), game.team("defender").observe())
     assert np.array_equal(adapter.active(now, ()), now["mitigable"] > 0.5)
     actions = np.random.default_rng(0).uniform(-1, 1, (2, 100, 1))
@@ -170,9 +137,3 @@ def test_vehicles_act_and_see_for_themselves() -> None:
 def test_adapters_correct_vehicles_only(kind: type[Adapter]) -> None:
     with pytest.raises(ConfigurationError, match="defense_action"):
         kind(game_of(1, defense_action="platoon").spec("defender"))
-
-
-def test_every_adapter_has_its_name() -> None:
-    spec = game_of(1).spec("defender")
-    kinds = {name: type(spec.adapter(name)) for name in ("follow", "follow_road", "vehicle")}
-    assert kinds == {"follow": Follow, "follow_road": FollowRoad, "vehicle": Vehicle}
