@@ -151,7 +151,8 @@ def test_own_detection_needs_a_slow_neighbour_and_outlasts_it() -> None:
 
 
 def test_a_jam_does_not_concern_who_believes_no_radio() -> None:
-    quiet, jammed = (play(f"timed?delay_s=5&jam={jam}&jam_s=2", "local", range(3), **OPEN) for jam in (0, 1))
+    short = {**OPEN, "duration_s": 30.0}
+    quiet, jammed = (play(f"timed?delay_s=5&jam={jam}&jam_s=2", "local", range(3), **short) for jam in (0, 1))
     assert np.array_equal(quiet["return"], jammed["return"])
 
 

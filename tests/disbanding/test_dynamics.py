@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from cps_envs.disbanding.config import INTERPRETATIONS
-from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.start import place, undisturbed
 from cps_envs.disbanding.state import State, allocate
-from tests.disbanding.table_2_1 import CELLS, LEAD, TWO, law_commands, metrics, run, start, steps, table_2_1
+from tests.disbanding.table_2_1 import CELLS, LEAD, law_commands, metrics, run, start, steps, table_2_1
 
 
-def assert_same(ours: State, theirs: State, b: int = 0) -> None:
-    """All arrays of the single environment `ours` equal those of one environment of `theirs`, bit for bit."""
+def assert_same(ours: State, theirs: State) -> None:
+    """All arrays are equal, bit for bit."""
     for name in State._fields:
-        np.testing.assert_array_equal(getattr(ours, name)[0], getattr(theirs, name)[b], err_msg=name)
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), err_msg=name)
 
 
 @pytest.mark.parametrize("interpretation", INTERPRETATIONS)
@@ -24,44 +23,6 @@ def test_steady_state_stays(interpretation: str) -> None:
     run(state, parameters, 180.0)
     np.testing.assert_allclose(state.speed, 31.0, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(-np.diff(state.position), gaps, rtol=0.0, atol=1e-8)
-
-
-def test_environments_of_a_batch_equal_single_runs() -> None:
-    rng = np.random.default_rng(3)
-    names = ("S0", "S1", "S2", "S0")
-    singles = [table_2_1(1, name, tau_s=tau) for name, tau in zip(names, (0.1, 0.2, 0.3, 0.5), strict=True)]
-    batch = np.concatenate(singles)
-    drawn = {
-        "gap_factor": rng.uniform(0.97, 1.03, (4, 100)),
-        "speed_offset_mps": rng.uniform(-0.3, 0.3, (4, 100)),
-        "takeover_delay_s": rng.uniform(0.0, 2.0, (4, 100)),
-    }
-    correction = rng.uniform(-1.0, 1.0, (4, 100))
-    together = start(batch, TWO, **drawn)
-    advance(together, batch, correction, np.ones(4, np.bool_), 2000)
-    for b, parameters in enumerate(singles):
-        row = slice(b, b + 1)
-        alone = start(parameters, TWO, **{name: array[row] for name, array in drawn.items()})
-        advance(alone, parameters, correction[row], np.ones(1, np.bool_), 2000)
-        assert_same(alone, together, b)
-
-
-def test_one_call_equals_many() -> None:
-    parameters = table_2_1(tau_s=0.3)
-    once, often = start(parameters, LEAD), start(parameters, LEAD)
-    run(once, parameters, 20.0)
-    for _ in range(200):
-        run(often, parameters, 0.1)
-    assert_same(often, once)
-
-
-def test_inactive_environments_stand_still() -> None:
-    parameters = table_2_1(2)
-    state, before = start(parameters, LEAD), start(parameters, LEAD)
-    advance(state, parameters, np.zeros((2, 100)), np.array([True, False]), 500)
-    assert state.step.tolist() == [500, 0]
-    for name in State._fields:
-        np.testing.assert_array_equal(getattr(state, name)[1], getattr(before, name)[1])
 
 
 @pytest.mark.parametrize("size", [0.0, 0.0499])

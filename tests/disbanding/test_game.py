@@ -103,18 +103,6 @@ def test_the_return_is_the_sum_of_its_parts_and_corrections_keep_bounds(attacks:
     assert np.allclose(total, parts, atol=1e-9)
 
 
-def test_corrections_act_on_mitigable_vehicles_only() -> None:
-    plain, held = started(), started()
-    for game in (plain, held):
-        go(game)
-        go(game, attack=3)
-    go(plain)
-    go(held, correction=np.ones((1, 40)))
-    same = plain.state.position[0] == held.state.position[0]
-    assert same[:20].all()  # the intact front platoon, then the disbanded one
-    assert not same[20:].any()
-
-
 def test_platoon_corrections_are_broadcast_in_the_paper_s_numbering() -> None:
     game = started(defense_action="platoon")
     rows = np.arange(4.0)[np.newaxis]  # row i - 1 = platoon i, 1 = rear

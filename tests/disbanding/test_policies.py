@@ -29,10 +29,14 @@ spec_of = partial(episodes.spec_of, DISBANDING)
 
 
 @cache
-def errors_of(
-    defender: str, attacker: str = "lead", metric: str = "velocity_error_intact", **overrides: Any
-) -> list[float]:
-    return [play(attacker, defender, tau_s=tau_s, **overrides)[metric][0] for tau_s in TAUS_S]
+def outcome(defender: str, tau_s: float, attacker: str = "lead", **overrides: Any) -> dict[str, float]:
+    """The metrics of an episode of preset `paper`."""
+    found = play(attacker, defender, tau_s=tau_s, **overrides)
+    return {name: float(values[0]) for name, values in found.items()}
+
+
+def errors_of(defender: str, metric: str = "velocity_error_intact", **rest: Any) -> list[float]:
+    return [outcome(defender, tau_s, **rest)[metric] for tau_s in TAUS_S]
 
 
 # Spec 4.5, through rule 2.7; a policy reads float32 observations, hence its tolerance of 0.5 (spec 9) and more where
@@ -54,8 +58,9 @@ def test_heuristic_at_every_step_agrees_with_the_reference() -> None:
 
 
 def test_a_longer_horizon_of_the_heuristic_is_another_policy() -> None:
-    usual, longer = (errors_of(f"heuristic?horizon_s={horizon_s}")[0] for horizon_s in (0.5, 1))
-    assert usual == errors_of("heuristic")[0]
+    names = ("heuristic", "heuristic?horizon_s=0.5", "heuristic?horizon_s=1")
+    unnamed, usual, longer = (outcome(name, TAUS_S[0])["velocity_error_intact"] for name in names)
+    assert usual == unnamed
     assert longer == pytest.approx(usual, abs=4.0)  # spec: 0.5 to 2 s give similar errors
     assert longer != usual
 
@@ -79,36 +84,35 @@ def test_the_heuristic_can_know_that_collision_avoidance_is_off() -> None:
 def test_printed_feedback_gives_the_printed_errors() -> None:
     for tau_s, expected in zip(TAUS_S, (18.37, 18.86, 19.69), strict=True):
         feedback = LinearFeedback(spec_of("defender", tau_s=tau_s), PRINTED_FEEDBACK)
-        outcome = play("lead", feedback, tau_s=tau_s)
-        assert outcome["velocity_error_intact"][0] == pytest.approx(expected, abs=0.05)
-        assert outcome["collided"][0] == 0
+        found = play("lead", feedback, tau_s=tau_s)
+        assert found["velocity_error_intact"][0] == pytest.approx(expected, abs=0.05)
+        assert found["collided"][0] == 0
 
 
 def test_copy_comes_close_to_the_vehicle_that_it_copies() -> None:
     # The error of the copied vehicle itself: 18.91 / 19.35 / 20.14 (spec 7.5).
-    for tau_s, copied in zip(TAUS_S, (18.91, 19.35, 20.14), strict=True):
-        outcome = play("lead", "copy", tau_s=tau_s)
-        assert outcome["velocity_error_intact"][0] == pytest.approx(copied, abs=0.3)
-        assert outcome["collided"][0] == 0
+    assert errors_of("copy") == pytest.approx([18.91, 19.35, 20.14], abs=0.3)
+    assert errors_of("copy", "collided") == [0, 0, 0]
 
 
-def assert_beats_the_paper_s(defender: str, attack: str, gaps_m: list[float]) -> None:
-    for gap_m in gaps_m:
-        setting = {"attacker": attack, "metric": "velocity_error_all", "desired_gap_m": gap_m}
-        bar = np.minimum(errors_of("heuristic", **setting), errors_of("mpc", **setting))
-        assert np.all(np.less(errors_of(defender, **setting), bar))
+def assert_beats_the_paper_s(defender: str, **setting: Any) -> None:
+    found, heuristic, mpc = (
+        errors_of(name, "velocity_error_all", **setting) for name in (defender, "heuristic", "mpc")
+    )
+    assert np.all(np.less(found, np.minimum(heuristic, mpc)))
 
 
 @pytest.mark.parametrize("defender", ["copy", "feedback", "mpc_tuned"])
 def test_stronger_defenders_beat_the_paper_s(defender: str) -> None:
-    assert_beats_the_paper_s(defender, "lead", [5.0])
+    assert_beats_the_paper_s(defender)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("attack", ["lead", "table_2_3"])
 @pytest.mark.parametrize("defender", ["copy", "feedback", "mpc_tuned"])
 def test_stronger_defenders_beat_the_paper_s_in_all_twelve_cells(defender: str, attack: str) -> None:
-    assert_beats_the_paper_s(defender, attack, [5.0, 4.0])
+    for gap_m in (5.0, 4.0):
+        assert_beats_the_paper_s(defender, attacker=attack, desired_gap_m=gap_m)
 
 
 def test_mpc_refuses_a_lag_that_its_model_cannot_follow() -> None:
@@ -117,8 +121,7 @@ def test_mpc_refuses_a_lag_that_its_model_cannot_follow() -> None:
 
 
 def test_plans_strike_when_they_say() -> None:
-    outcome = play("plan?events=[[10,1],[3,7]]", "none", duration_s=10.0)
-    assert outcome["disbanded_platoons"][0] == 2
+    assert outcome("none", 0.1, "plan?events=[[10,1],[3,7]]", duration_s=10.0)["disbanded_platoons"] == 2
 
 
 def test_a_plan_needs_times() -> None:
@@ -127,8 +130,8 @@ def test_a_plan_needs_times() -> None:
 
 
 def test_front_plans_follow_the_number_of_platoons() -> None:
-    outcome = play("lead", "none", seeds=range(6), preset="easy", num_platoons=(6, 10), duration_s=5.0)
-    assert np.all(outcome["disbanded_platoons"] == 1)
+    found = play("lead", "none", seeds=range(6), preset="easy", num_platoons=(6, 10), duration_s=5.0)
+    assert np.all(found["disbanded_platoons"] == 1)
 
 
 def test_random_plans_differ_by_seed_and_repeat() -> None:

@@ -98,7 +98,7 @@ def test_a_smaller_gap_lowers_the_bound_evenly() -> None:
     assert slope[0] == pytest.approx(100 * 45.5 / (180 * 31), rel=1e-6)
 
 
-@pytest.mark.parametrize("defender", ["none", "heuristic", "copy", "feedback", "string", "informed"])
+@pytest.mark.parametrize("defender", ["string", "informed"])  # who come nearest
 def test_nobody_beats_the_bound_at_its_own_smallest_gap(defender: str) -> None:
     overrides = {"attack_budget": 1, "quiet_share": 0.2}
     config, seeds = DISBANDING.config("learning", overrides), range(600_000, 600_008)
@@ -134,8 +134,8 @@ def test_episodes_without_these_two_attacks_have_no_reference() -> None:
     assert np.isnan(least_error_of_two(config, 3.0, attacker="lead")[0])
 
 
-# `joint` is held against it in test_joint.py, where it plays anyway.
-@pytest.mark.parametrize("defender", ["mpc", "copy", "feedback", "string", "local", "informed"])
+# `joint` is held against it in test_joint.py, where it plays anyway; the others are farther above it than these.
+@pytest.mark.parametrize("defender", ["copy", "string", "informed"])
 def test_nobody_without_a_collision_beats_the_reference_of_two(defender: str) -> None:
     checked = 0
     for tau_s in (0.1, 0.5):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
 from cps_envs.core.play import play_episodes
@@ -12,6 +14,7 @@ EPISODES = 12
 PLAIN = "always?adapter=follow&action=[" + ",".join(["0"] * 22) + "]"  # the follower that the defence begins as
 
 
+@cache
 def paid(attacker: str, defender: str) -> FloatArray:
     players = {"attacker": attacker, "defender": defender}
     found: FloatArray = play_episodes(DISBANDING, DISBANDING.config("learning", {}), players, range(EPISODES))["return"]

@@ -361,19 +361,6 @@ def test_masks_offer_the_legal_levels_of_each_sensor_in_turn(sensors: Any) -> No
     assert masks[1].sum() == len(rows)
 
 
-def test_an_environment_is_what_its_copy_is() -> None:
-    game, generator = started(seeds=(1, 2), preset="defense"), np.random.default_rng(0)
-    for _ in range(5):
-        go(game, generator.integers(-2, 3, 8))
-    copy = game.model(1, 3)
-    for _ in range(5):
-        levels = generator.integers(-2, 3, 8)
-        go(game, levels)
-        go(copy, levels)
-    for ours, theirs in zip(copy.episode(2), game.episode(1), strict=True):
-        np.testing.assert_array_equal(ours, theirs)
-
-
 @pytest.mark.parametrize("preset", ["clip", "fig32"])
 def test_a_turn_of_several_steps_is_as_many_turns(preset: str) -> None:
     """Some environments collide on the way: they stand still from there on, and what is legal is that of their end."""

@@ -157,23 +157,6 @@ def test_a_house_can_have_filters_too() -> None:
     assert len(filter_sets(game.config)) == 9 + 2
 
 
-def test_copies_go_on_as_the_episode_would() -> None:
-    game = started([6, 7], preset="learning")
-    go(game, 0, num_steps=230)
-    copies = game.model(1, 3)
-    action = absolute_action(game.config, np.full((1, 4), 30.0))
-    for steps in (1, 40):
-        paid, again = go(game, 30, action, num_steps=steps), go(copies, 30, action, num_steps=steps)
-        np.testing.assert_array_equal(again, np.full(3, paid[1]))
-    for role in ("attacker", "defender"):
-        np.testing.assert_array_equal(copies.observe(role), np.repeat(game.observe(role)[1:], 3, axis=0))
-    before = game.state.temperature.copy()
-    go(copies, 0, action, num_steps=100)
-    assert (game.state.temperature == before).all()
-    with pytest.raises(Exception, match="cannot advance"):
-        go(copies, 0, num_steps=1000)
-
-
 def test_metrics_count_filters_as_sets() -> None:
     game = started([0], preset="learning", attack_order=(2,), compromised_weights=(0, 1), onset_step=200)
     go(game, 0, num_steps=200)
