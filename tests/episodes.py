@@ -59,6 +59,20 @@ def watched(
     return found
 
 
+def noted(policy: AnalyticPolicy, note: Callable[[Seen, Array, Any], Any]) -> list[Any]:
+    """What `note` says of each decision of a policy from now on: of what it saw, did and will remember."""
+    found: list[Any] = []
+    act = policy.act
+
+    def noting(seen: Seen, state: State) -> tuple[Array, State]:
+        actions, after = act(seen, state)
+        found.append(note(seen, actions, after))
+        return actions, after
+
+    policy.act = noting  # type: ignore[method-assign]
+    return found
+
+
 def seen_by(game: Any, adapter: Adapter) -> Seen:
     """What an adapter of a game's role is shown of all environments."""
     role = adapter.spec.role

@@ -133,7 +133,7 @@ def test_equal_episodes_are_solved_once() -> None:
 
 def times_s(defender: str, budget: int, tau_s: float = 0.3, **numbers: float) -> FloatArray:
     """When the platoons are disbanded, front to rear, in one episode by the family's start."""
-    config = DISBANDING.config("easy", {"attack_budget": budget, "tau_s": tau_s})
+    config = DISBANDING.config("easy", {"attack_budget": budget, "tau_s": tau_s, "duration_s": 145.0})
     values = REPLANNING.values(np.zeros((1, len(REPLANNING.numbers))))
     for name, value in numbers.items():
         values[0, REPLANNING.names.index(name)] = value

@@ -56,10 +56,10 @@ def simulated_gain(num_vehicles: int, tau_s: float, frequency: float) -> float:
         return np.concatenate([v, a, (u - a) / tau_s])
 
     period = 2.0 * np.pi / frequency
-    end = max(40.0 * period, 600.0)
+    end = max(15.0 * period, 200.0)
     times = np.linspace(end - 3.0 * period, end, 3 * 200, endpoint=False)
     rest = np.zeros(3 * num_vehicles)
-    solution = solve_ivp(rate, (0.0, end), rest, "LSODA", times, rtol=1e-7, atol=1e-9)
+    solution = solve_ivp(rate, (0.0, end), rest, "LSODA", times, rtol=1e-6, atol=1e-8)
     speed = solution.y[2 * num_vehicles - 1]
     return float(2.0 * abs(np.mean(speed * np.exp(-1j * frequency * times))))
 

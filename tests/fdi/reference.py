@@ -16,6 +16,24 @@ from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task
 
 
+class Anchor(NamedTuple):
+    """The largest impact speeds of a task (6.5): of the relaxation, and of whole levels, m/s."""
+
+    relaxed: float
+    optimum: float
+
+
+ANCHORS = {
+    "x1>1": Anchor(3.5619, 3.4075),
+    "x2>2": Anchor(4.0014, 3.8894),
+    "x3>3": Anchor(4.8723, 4.7306),
+    "x3>4": Anchor(3.4643, 3.4274),
+    "x4>4": Anchor(6.8159, 6.5151),
+    "v1>1": Anchor(3.5691, 3.4022),
+    "v4>4": Anchor(5.9057, 5.8555),
+}
+
+
 class Platoon:
     """Positions relative to the reference that drives ahead of the lead; index 0 = vehicle 1, the last."""
 

@@ -20,6 +20,7 @@ from cps_envs.hvac.kalman import filter_gains, memory
 from cps_envs.hvac.model import build_model
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets, zones_of_sensors
+from tests.episodes import noted
 from tests.hvac.games import go, play, seen, spec_of, started, watched
 
 FULL, EMPTY = (1, 2, 3, 4), ()
@@ -166,23 +167,23 @@ def test_metrics_count_filters_as_sets() -> None:
     assert (found["distinct_sets"], found["flawed_steps"], found["model_steps"]) == (3, 4, 4)
 
 
-class Remembering(Bayes):
-    """Notes its state after each decision, and what it saw."""
-
-    def __init__(self, spec: Any, **options: Any) -> None:
-        super().__init__(spec, **options)
-        self.notes = []
-
-    def act(self, seen: Any, state: Any) -> Any:
-        choice, state = super().act(seen, state)
-        self.notes.append((seen["heating"][0].copy(), seen["reading"][0].copy(), *(part[0].copy() for part in state)))
-        return choice, state
+def noting(policy: Any) -> list[Any]:
+    """What it saw of the first day at each decision, and its state after it."""
+    return noted(
+        policy,
+        lambda seen, choice, state: (
+            seen["heating"][0].copy(),
+            seen["reading"][0].copy(),
+            *(part[0].copy() for part in state),
+        ),
+    )
 
 
 def remembered(attacker: Any, seed: Any, beliefs: Any = START, **overrides: Any) -> Any:
-    policy = Remembering(spec_of("defender", **overrides), beliefs=(beliefs,))
+    policy = Bayes(spec_of("defender", **overrides), beliefs=(beliefs,))
+    notes = noting(policy)
     watched(attacker, policy, [seed], lambda game: None, **overrides)
-    return policy.notes
+    return notes
 
 
 def by_definition(notes: Any, beliefs: Any) -> Any:
@@ -222,9 +223,10 @@ def test_weights_and_estimates_are_their_definition(attacker: Any, together: Any
 def test_without_an_attack_the_first_hypothesis_is_the_filter_of_all_sensors() -> None:
     shown, short = [], {"onset_step": 250, "num_steps": 300}
     beliefs = START._replace(heat_w=LEARNING.filter_heat_w)
-    policy = Remembering(spec_of("defender", **short), beliefs=(beliefs,))
+    policy = Bayes(spec_of("defender", **short), beliefs=(beliefs,))
+    notes = noting(policy)
     watched("none", policy, [5], lambda game: shown.append(game.state.filtered[0, 14].copy()), **short)
-    for (_, _, z, *_), filtered in zip(policy.notes[1:], shown, strict=False):
+    for (_, _, z, *_), filtered in zip(notes[1:], shown, strict=False):
         np.testing.assert_allclose(z[0, :8], filtered, atol=1e-3)
 
 

@@ -55,23 +55,16 @@ def test_noise_free_with_sensor_1_at_22_is_as_printed_in_the_specification() -> 
 
 
 @pytest.mark.parametrize(
-    ("sensors", "defender", "expected", "tolerance"),
-    [
-        (4, "always", [173, 842, 2675, 8641], 0.02),
-        (4, "better_half", [2.1, 34, 308, 2395], 0.2),
-        (4, "passes", [1.2, 1.2, 1.2, 1432], 0.05),
-        (8, "always", [9.8, 18, 31, 45, 432, 1821, 4062, 8425], 0.05),
-    ],
+    ("sensors", "expected", "tolerance"),
+    [(4, [173, 842, 2675, 8641], 0.02), (8, [9.8, 18, 31, 45, 432, 1821, 4062, 8425], 0.05)],
 )
 def test_the_constant_attack_hurts_as_in_the_specification(
-    sensors: int, defender: str, expected: Sequence[float], tolerance: float
+    sensors: int, expected: Sequence[float], tolerance: float
 ) -> None:
-    name = "Always" if defender == "always" else f"MovingTarget?mark={defender}"
+    """Nobody defends; what defences leave of it is in `test_impacts`."""
     for size, impact in enumerate(expected, 1):
-        outcome = play(CONSTANT, f"tests.hvac.players:{name}", num_compromised=size, num_sensors=sensors)
+        outcome = play(CONSTANT, "tests.hvac.players:Always", num_compromised=size, num_sensors=sensors)
         assert outcome["a_impact"].mean() == pytest.approx(impact, rel=tolerance), size
-        if defender == "passes" and size < sensors:
-            assert outcome["flawed_steps"].mean() < 0.02 * 520
 
 
 def test_eight_sensors_resist_with_one_intact() -> None:

@@ -27,14 +27,13 @@ from cps_baselines.rogue.probing import nearest_traces
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.policy import State
-from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
 from tests import episodes
+from tests.episodes import noted
 from tools.rivals.rogue import ATTACKERS, RESPONDED_TO
 from tools.rogue.contested import ContestedSearch, mean_trace, search_response
 
@@ -167,33 +166,20 @@ def test_tuned_is_switching_with_its_weights_by_name() -> None:
 
 
 def test_identify_probes_and_then_plays_the_response_to_the_nearest_trace() -> None:
-    found, rows = [], []
-
-    class Watched(Identify):
-        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-            actions, state = super().act(seen, state)
-            found.append(actions[:, 0])
-            rows.append(state[2].copy())
-            return actions, state
-
-    spec = spec_of("attacker", attack_share=1.0, onset_s=0.0)
-    play(Watched(spec), "assigned?laws=f", 40, attack_share=1.0, onset_s=0.0)
+    spec, attacked = spec_of("attacker", attack_share=1.0, onset_s=0.0), {"attack_share": 1.0, "onset_s": 0.0}
+    identify, general = Identify(spec), Switching(spec, known().probe)
+    found = noted(identify, lambda seen, actions, state: (actions[:, 0], state[2].copy()))
+    probing = noted(general, lambda seen, actions, state: actions[:, 0])
+    for attacker in (identify, general):
+        play(attacker, "assigned?laws=f", 40, **attacked)
+    played, rows = (np.array(part) for part in zip(*found, strict=True))
     probe = round(known().probe_s / 0.1)
-    assert np.all(np.array(rows)[:probe] == -1)
-    assert np.all(np.array(rows)[probe] >= 0)
+    assert np.all(rows[:probe] == -1)
+    assert np.all(rows[probe] >= 0)
     assert np.array_equal(rows[probe], rows[-1])  # it decides once
     names = np.array(known().against)
     assert np.mean(names[rows[-1]] == "assigned?laws=f") > 0.6  # of seven
-    general = []
-
-    class Probe(Switching):
-        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-            actions, state = super().act(seen, state)
-            general.append(actions[:, 0])
-            return actions, state
-
-    play(Probe(spec, known().probe), "assigned?laws=f", 40, attack_share=1.0, onset_s=0.0)
-    assert np.array_equal(found[:probe], general[:probe])
+    assert np.array_equal(played[:probe], probing[:probe])
 
 
 def test_the_nearest_trace_is_the_one_at_the_least_distance() -> None:

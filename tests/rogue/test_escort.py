@@ -18,7 +18,7 @@ from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 from cps_envs.rogue.problem import ROGUE
 from tests.episodes import spec_of, watched
 
-EPISODES = range(650_000, 650_060)
+EPISODES = range(650_000, 650_030)
 
 
 def paid(attacker: str, defender: str) -> Array:

@@ -14,12 +14,11 @@ from cps_baselines.rogue.monitor import NOBODY, Monitor, strength
 from cps_baselines.searched import searched
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.rogue.actions import Engine
 from cps_envs.rogue.config import LEARNING, RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from tests.episodes import noted
 from tests.rogue.test_contested import play, spec_of, watched
 
 SOLID = {"contact": "solid", "duration_s": 20.0}
@@ -27,24 +26,12 @@ COMMANDED = ROGUE.config("paper", {**SOLID, "defense_action": "command"})
 START = BOXING_IN.values(np.zeros((1, len(BOXING_IN.numbers))))
 
 
-class Watched(Monitor):
-    """Keeps its state after each decision."""
-
-    def __init__(self, spec: RoleSpec) -> None:
-        super().__init__(spec)
-        self.states: list[Any] = []
-
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-        actions, state = super().act(seen, state)
-        self.states.append(tuple(part.copy() for part in state))
-        return actions, state
-
-
 def suspicions(attacker: str, count: int, **overrides: Any) -> tuple[Array, Array]:
     """The suspects (steps, B) of the monitor, and the seats (B,)."""
-    monitor = Watched(spec_of("defender", **overrides))
+    monitor = Monitor(spec_of("defender", **overrides))
+    suspects = noted(monitor, lambda seen, orders, state: state[1].copy())
     seats = watched(lambda game: game.drawn["attacker"].copy(), attacker, monitor, count, **overrides)
-    return np.array([suspects for _, suspects, *_ in monitor.states]), seats[0]
+    return np.array(suspects), seats[0]
 
 
 def test_the_monitor_suspects_nobody_in_honest_episodes() -> None:
@@ -75,10 +62,10 @@ def test_the_monitor_forgives_whoever_obeys_again() -> None:
 def test_the_monitor_tells_a_strong_engine_from_an_intact_one(ratio: float, share: float) -> None:
     """An attacker at full throttle, whose engine the defender is not told."""
     world = {"attack_share": 1.0, "onset_s": 5.0, "power_ratio": ratio}
-    monitor = Watched(spec_of("defender", **world))
+    monitor = Monitor(spec_of("defender", **world))
+    strengths = noted(monitor, lambda seen, orders, state: state[2].copy())
     play("always?action=1", monitor, 40, **world)
-    strong = monitor.states[200][2] > 0.75  # 15 s after the onset
-    assert np.mean(strong) == pytest.approx(share, abs=0.15)
+    assert np.mean(strengths[200] > 0.75) == pytest.approx(share, abs=0.15)  # 15 s after the onset
 
 
 def test_strength_is_what_lies_beyond_full_effort_on_the_nearer_side() -> None:

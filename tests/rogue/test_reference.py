@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -98,16 +99,21 @@ STARTS: dict[str, dict[str, Any]] = {
 }
 
 
+@cache
+def played(case: str, seed: int) -> tuple[RogueGame, Reference]:
+    return play(ROGUE.config("paper", STARTS[case]), seed)
+
+
 @pytest.mark.parametrize("case", STARTS)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_kernels_agree_with_the_plain_loop(case: str, seed: int) -> None:
-    assert_equal(*play(ROGUE.config("paper", STARTS[case]), seed))
+    assert_equal(*played(case, seed))
 
 
 def test_the_cases_reach_alarms_growth_and_contact() -> None:
     seen = {"alarm": False, "growth": False, "pass": False, "solid": False}
-    for case in STARTS.values():
-        game, _ = play(ROGUE.config("paper", case), 0)
+    for case in STARTS:
+        game, _ = played(case, 0)
         seen["alarm"] |= bool(game.state.alarm.any())
         seen["growth"] |= bool(game.state.growth.any())
         seen[game.config.contact] |= bool(game.state.damage.any())
