@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from cps_baselines.fdi.detectors import ROUNDING, FrontRearRedundancy, KinematicResidual, quiet_residual_m
 from cps_baselines.fdi.model_fallback import ModelFallback
-from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import play, spec_of, task_settings, watched
+from tests.fdi.episodes import observed, play, spec_of, task_settings, watched
 
 DETECTORS = ("kinematic", "redundancy", "model")
 OWN = "x1>1 x2>2 v1>1 v4>4 xv4>4"  # listed, so that no shipped optima are needed
@@ -78,15 +75,6 @@ def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset:
     )
     assert max(residuals) <= quiet_residual_m(config) + ROUNDING
     assert quiet_residual_m(config) + max(residuals) < config.range_resolution_m  # one level is seen
-
-
-def observed(spec: RoleSpec, **values: Any) -> Array:
-    """An observation (1, size) with these values (k,) at the beginning of their fields, in units; zeros elsewhere."""
-    row = np.zeros((1, spec.fields.size))
-    for name, value in values.items():
-        part = spec.fields.slices[name]
-        row[0, part.start : part.start + len(value)] = value
-    return spec.fields.encode(row)
 
 
 def seen_by(defender: FrontRearRedundancy | KinematicResidual, residual_m: list[float], steps: int) -> Array:

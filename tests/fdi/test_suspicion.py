@@ -19,34 +19,25 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import QUIET, Filter, place, play, spec_of, started, watched
+from tests.fdi.episodes import QUIET, Filter, observed, place, play, spec_of, started, watched
 
 SPEC = spec_of("defender", preset="learning")
 HONEST = {"preset": "learning", "attack_share": 0.0}
 LOOSE = 1e6  # deviations: nothing is an outlier
 
 
-def observed(innovations: Array, deviation: float = 1.0, **fields: Any) -> Array:
+def normalised(innovations: Array, deviation: float = 1.0, **fields: Any) -> Array:
     """An observation (1, size) with normalised innovations (14,)."""
-    row = np.zeros((1, SPEC.fields.size))
-    values = {
-        "range_innovation": np.multiply(innovations[:7], deviation),
-        "rate_innovation": np.multiply(innovations[7:], deviation),
-        "range_deviation": np.full(7, deviation),
-        "rate_deviation": np.full(7, deviation),
-        "steps_left": [100],
-        **fields,
-    }
-    for name, value in values.items():
-        row[0, SPEC.fields.slices[name]] = value
-    return SPEC.fields.encode(row)
+    ranges, rates = np.split(np.multiply(innovations, deviation), 2)
+    deviations = dict.fromkeys(("range_deviation", "rate_deviation"), np.full(7, deviation))
+    return observed(SPEC, range_innovation=ranges, rate_innovation=rates, steps_left=[100], **deviations, **fields)
 
 
 def distrust(defender: Chi2 | Cusum, course: Array) -> Array:
     """Doubted readings (steps, 14) while the innovations (steps, 14) are shown."""
     state, doubted = defender.begin(np.random.default_rng(0).spawn(1), [{}]), []
     for values in course:
-        actions, state = defender.predict(observed(values), state)
+        actions, state = defender.predict(normalised(values), state)
         assert actions[0, 14:].tolist() == [4] * 4
         doubted.append(actions[0, :14] == 0)
     return np.array(doubted)
@@ -113,7 +104,7 @@ def test_redundant_cusum_doubts_both_sensors_that_differ() -> None:
     told = np.zeros(7)
     told[2] = 0.6  # range-rate of vehicle 3; the rear sensor of 4 sees the same gap
     for _ in range(12):
-        actions, state = defender.predict(observed(np.zeros(14), range_rate=told), state)
+        actions, state = defender.predict(normalised(np.zeros(14), range_rate=told), state)
         doubted.append(np.flatnonzero(actions[0, :14] == 0).tolist())
     assert doubted[-1] == [place("v3"), place("rv4")]
     assert doubted[0] == []
@@ -270,12 +261,8 @@ def test_nobody_has_to_know_how_long_disturbances_last() -> None:
 
 
 def test_a_vehicle_brakes_that_nobody_can_check() -> None:
-    row = np.zeros((1, SPEC.fields.size))
-    row[0, SPEC.fields.slices["steps_left"]] = 100
-    for sensor in ("x4", "v4"):
-        name = "range_error" if sensor == "x4" else "range_rate"
-        row[0, SPEC.fields.slices[name].start + place(sensor) % 7] = 9.0
+    shown = observed(SPEC, steps_left=[100], range_error=[0, 0, 0, 9.0], range_rate=[0, 0, 0, 9.0])
     defender = Hypotheses(SPEC, threshold=1.0, per_sensor=0.1, correction=0.0, caution=1.0)
-    actions, _ = defender.predict(SPEC.fields.encode(row), defender.begin([np.random.default_rng(0)], [{}]))
+    actions, _ = defender.predict(shown, defender.begin([np.random.default_rng(0)], [{}]))
     assert actions[0, [place("x4"), place("v4")]].tolist() == [0, 0]
     assert actions[0, 14:].tolist() == [4, 4, 4, 2]  # 1 m/s2 in steps of 0.5

@@ -1,4 +1,4 @@
-"""The configuration, buildings of one's own, and generated houses with their picture."""
+"""The configuration, buildings of one's own, and generated houses."""
 
 from __future__ import annotations
 
@@ -10,16 +10,10 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.picture.palette import FALSE
 from cps_envs.hvac.config import EASY, PAPER, HvacConfig
 from cps_envs.hvac.houses import house
-from cps_envs.hvac.picture.house import House
-from cps_envs.hvac.picture.palette import temperature_color
-from cps_envs.hvac.picture.scene import Scene
-from cps_envs.hvac.picture.viewer import HOUSE, HvacViewer
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets
-from cps_envs.hvac.state import Metrics
 from tests.hvac.games import go, started
 
 SHORT = {"num_steps": 90, "window_steps": 64, "onset_step": 70}
@@ -150,39 +144,6 @@ def test_many_zones_are_kept_warm_and_known_by_any_set(num_zones: int) -> None:
     assert np.abs(game.state.temperature - 25).max() < 3  # heating cannot cool
     assert np.abs(game.state.estimate[:, 1:-1] - game.state.temperature[:, np.newaxis]).max() < 1.5
     assert game.mean_residuals() == pytest.approx(np.full((2, num_zones), 0.2), abs=0.03)  # the noise's variance
-
-
-def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
-    config = HVAC.config("paper", house(64))
-    assert not House(config, HOUSE).afar
-    generator = np.random.default_rng(0)
-    scene = Scene(
-        config=config,
-        episode=0,
-        step=300,
-        onset=250,
-        temperature=generator.uniform(20, 30, 64),
-        estimate=generator.uniform(20, 30, 64),
-        heating=generator.uniform(0, 1000, 64),
-        outdoor_c=30.0,
-        forecast_c=30.0,
-        unknown_heat=np.zeros(64),
-        believed_heat=np.full(64, np.nan),
-        measured=generator.uniform(20, 30, 64),
-        reading=generator.uniform(20, 30, 64),
-        compromised=np.arange(64) < 9,
-        choice=17,
-        ready=True,
-        residual=generator.uniform(0.1, 1.0, 64),
-        mean_residual=generator.uniform(0.1, 1.0, 64),
-        metrics=dict.fromkeys(Metrics._fields, 1.0),
-    )
-    pixels = HvacViewer(config).frame(scene)
-    assert pixels.shape == (540, 960, 3)
-    rooms = pixels[150:490, 20:510].reshape(-1, 3)
-    colours = {tuple(color) for color in rooms.tolist()}
-    assert (np.abs(rooms.astype(int) - FALSE).max(axis=1) < 8).sum() > 9 * 5  # rings of compromised sensors
-    assert len({temperature_color(value, 25.0) for value in scene.temperature} & colours) > 20
 
 
 def test_a_house_is_made_by_its_id() -> None:

@@ -7,7 +7,9 @@ import pytest
 
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.marks import Area
+from cps_envs.core.picture.palette import FALSE
 from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.houses import house
 from cps_envs.hvac.picture.belief import belief_of, clock
 from cps_envs.hvac.picture.course import marked_steps, range_of, worst_zone
 from cps_envs.hvac.picture.house import House
@@ -71,6 +73,25 @@ def test_linked_zones_share_a_wall_and_other_links_are_told() -> None:
     crossed = replace(CONFIG, link_zones=(1, 2, 1, 3, 1, 4, 3, 4))
     assert len(House(crossed, HOUSE).doors) == 3
     assert House(crossed, HOUSE).afar == "also linked: 1-4"
+
+
+def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
+    config = HvacConfig(**house(64))
+    assert not House(config, HOUSE).afar
+    generator, numbers = np.random.default_rng(0), {"temperature": 20, "estimate": 20, "measured": 20, "reading": 20}
+    scene = replace(
+        UNDER_WAY,
+        config=config,
+        **{name: low + generator.uniform(0, 10, 64) for name, low in numbers.items()},
+        **dict.fromkeys(("heating", "unknown_heat", "believed_heat", "residual", "mean_residual"), np.ones(64)),
+        compromised=np.arange(64) < 9,
+        choice=17,
+    )
+    pixels = frame(scene, config)
+    rooms = pixels[150:490, 20:510].reshape(-1, 3)
+    colours = {tuple(color) for color in rooms.tolist()}
+    assert (np.abs(rooms.astype(int) - FALSE).max(axis=1) < 8).sum() > 9 * 5  # rings of compromised sensors
+    assert len({temperature_color(value, 25.0) for value in scene.temperature} & colours) > 20
 
 
 def belief(step: int, choice: int) -> tuple[str, list[bool], bool]:

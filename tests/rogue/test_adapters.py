@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,14 +16,9 @@ from cps_envs.registration import learning_env
 from cps_envs.rogue.adapters import EFFORTS, Effort, Vehicle, VehicleFull
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.fields import NEAR, compressed
-from cps_envs.rogue.problem import ROGUE
-from tests import episodes
 from tests.episodes import seen_by
-from tests.rogue.test_game import go
-from tests.rogue.test_hidden import FIXED
+from tests.rogue.games import FIXED, go, spec_of, started
 
-started = partial(episodes.started, ROGUE)
-spec_of = partial(episodes.spec_of, ROGUE)
 FORMS: dict[type[Adapter], Role] = {Effort: "attacker", Vehicle: "defender", VehicleFull: "defender"}
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -21,10 +19,9 @@ from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.payoff import Metrics
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import Drawn, Rules, State, allocate, rules_of
-from tests import episodes
+from tests.rogue.games import started
 
 ONE = np.ones(1, bool)
-started = partial(episodes.started, ROGUE)
 
 
 def go(game: RogueGame, attack: float, law: str = "linear", modified: int = 0, periods: int = 1) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.kernels import records, view
-from cps_envs.core.types import Array, Role
+from cps_envs.core.types import Array
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import DRIVEN, HUMAN, SLIDING
 from cps_envs.rogue.fields import vehicle_fields
@@ -20,20 +19,9 @@ from cps_envs.rogue.payoff import Metrics, measure
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
 from tests import episodes
+from tests.rogue.games import go, seen, started
 
 NOISELESS = {"range_noise_m": 0.0, "range_rate_noise_mps": 0.0, "acceleration_noise_mps2": 0.0}
-started = partial(episodes.started, ROGUE)
-
-
-def go(game: RogueGame, attack: Array | float = 1.0, defense: Any = None, num_steps: int = 1) -> Array:
-    actions = {"attacker": np.full((game.num_envs, 1), attack)}
-    if defense is not None:
-        actions["defender"] = np.stack([np.asarray(defense)] * game.num_envs)
-    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
-
-
-def seen(game: RogueGame, role: Role) -> dict[str, Array]:
-    return game.fields[role].decode(game.observe(role))
 
 
 def test_an_effort_holds_until_the_next_decision() -> None:

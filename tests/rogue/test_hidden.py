@@ -16,10 +16,9 @@ from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
-from tests.rogue.test_game import go, seen, started
+from tests.rogue.games import FIXED, go, seen, started
 
 QUIET = dict.fromkeys(("range_noise_m", "range_rate_noise_mps", "speed_noise_mps", "acceleration_noise_mps2"), 0.0)
-FIXED = {"num_vehicles": 5, "attacker_index": 3, "attack_share": 1.0}
 SLIDING, HUMAN = CONTROLLERS.index("sliding"), CONTROLLERS.index("human")
 
 

@@ -18,10 +18,9 @@ from cps_envs.rogue.payoff import Metrics
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import Drawn, Rules, allocate, rules_of
 from tests import episodes
-from tests.rogue.test_hidden import FIXED
+from tests.rogue.games import FIXED, started
 
 SEEDS = range(95_000, 95_032)
-started = partial(episodes.started, ROGUE)
 play = partial(episodes.play, ROGUE, seeds=SEEDS, preset="learning", attack_share=1.0)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,16 +20,12 @@ from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import world_config
-from tests import episodes
+from tests.rogue.games import play, spec_of, watched
 from tools.rogue.switching import DEFENDERS
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
 NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere
 ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in (*NEED_OPTIONS, *NEW)]
-
-spec_of = partial(episodes.spec_of, ROGUE)
-play = partial(episodes.play, ROGUE)
-watched = partial(episodes.watched, ROGUE)
 
 
 def efforts(

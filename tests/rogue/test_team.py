@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,8 @@ import pytest
 
 from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
-from cps_envs.rogue.problem import ROGUE
-from tests import episodes
-from tests.rogue.test_hidden import FIXED
+from tests.rogue.games import FIXED, started
 
-started = partial(episodes.started, ROGUE)
 ROUGH: dict[str, Any] = {"onset_s": (0.0, 2.0), "duration_s": 20.0}
 
 
