@@ -73,6 +73,15 @@ def noted(policy: AnalyticPolicy, note: Callable[[Seen, Array, Any], Any]) -> li
     return found
 
 
+def observed(spec: RoleSpec, **values: Any) -> Array:
+    """An observation (1, size) with these values at the beginning of their fields, in units; zeros elsewhere."""
+    row = np.zeros((1, spec.fields.size))
+    for name, value in values.items():
+        start = spec.fields.slices[name].start
+        row[0, start : start + np.size(value)] = np.ravel(value)
+    return spec.fields.encode(row)
+
+
 def seen_by(game: Any, adapter: Adapter) -> Seen:
     """What an adapter of a game's role is shown of all environments."""
     role = adapter.spec.role

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from cps_envs.rogue.problem import ROGUE
 from tests import episodes
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "attack_budget": 2}
+BOXED_IN = {"preset": "paper", "contact": "solid", "duration_s": 20.0, "defense_action": "command"}
 ENDING = {"on_collision": "end", "tau_s": 0.5}  # episodes end at different times
 
 
@@ -107,6 +109,8 @@ def test_each_episode_is_played_by_its_own_row(family: Family, overrides: dict[s
     [
         ("fdi-hypotheses", "tracker", {}, 0.0),
         ("fdi-task-tracker", "cusum", {}, 0.0),
+        ("fdi-planner", "none", {"preset": "drawn"}, 0.0),
+        ("rogue-boxing-in", "switching", BOXED_IN, 0.0),
         ("hvac-bayes", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
         ("hvac-bayes-together", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
     ],
@@ -117,11 +121,11 @@ def test_members_of_the_other_families_play_by_their_own_numbers(
     family, seeds = find_family(name), range(1, 5)
     problem, other = find_problem(family.problem), {"attacker": "defender", "defender": "attacker"}[family.role]
     values = family.values(np.random.default_rng(1).standard_normal((len(seeds), len(family.numbers))))
-    spec = episodes.spec_of(problem, family.role, "learning", **overrides)
+    setting: dict[str, Any] = {"preset": "learning", **overrides}
+    spec = episodes.spec_of(problem, family.role, **setting)
 
     def paid(policy: AnalyticPolicy, seeds: Sequence[int]) -> np.ndarray:
-        players = {family.role: policy, other: rival}
-        return episodes.play(problem, **players, seeds=seeds, preset="learning", **overrides)["return"]
+        return episodes.play(problem, **{family.role: policy, other: rival}, seeds=seeds, **setting)["return"]
 
     alone = [paid(family.build(spec, values[row : row + 1]), [seed])[0] for row, seed in enumerate(seeds)]
     np.testing.assert_allclose(paid(Members(spec, family, values), seeds), alone, rtol=tolerance)

@@ -13,7 +13,6 @@ from cps_envs.core.policy import AnalyticPolicy, State, ask, takes_masks
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from tests.core.toy import ToyConfig, ToyGame
-from tests.core.toy_policies import Wander
 
 SPEC = ToyGame(ToyConfig(), 1).spec("attacker")
 
@@ -77,17 +76,6 @@ def test_a_policy_that_nobody_began_begins_with_seed_0() -> None:
     assert begun is not None
     assert first.tolist() == begun[0].tolist()
     assert policy.predict(observations(), state)[0].tolist() == first.tolist()
-
-
-def test_draws_of_a_policy_that_nobody_began_repeat() -> None:
-    runs = []
-    for _ in range(2):
-        policy, state, actions = Wander(SPEC), None, []
-        for _ in range(20):
-            action, state = policy.predict(observations(), state)
-            actions.append(action.tolist())
-        runs.append(actions)
-    assert runs[0] == runs[1]
 
 
 def test_a_privileged_policy_has_to_be_begun() -> None:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
@@ -65,15 +64,6 @@ def place(sensor: str, num_vehicles: int = 4) -> int:
     """Where a sensor's reading stands: front ranges, rear ranges of 2..n, front rates, rear rates."""
     rear, kind, vehicle = sensor.startswith("r"), sensor.lstrip("r")[0], int(sensor[-1])
     return (kind == "v") * (2 * num_vehicles - 1) + (num_vehicles + vehicle - 2 if rear else vehicle - 1)
-
-
-def observed(spec: RoleSpec, **values: Any) -> Array:
-    """An observation (1, size) with these values (k,) at the beginning of their fields, in units; zeros elsewhere."""
-    row = np.zeros((1, spec.fields.size))
-    for name, value in values.items():
-        part = spec.fields.slices[name]
-        row[0, part.start : part.start + len(value)] = value
-    return spec.fields.encode(row)
 
 
 class Filter:

@@ -10,7 +10,8 @@ from cps_baselines.fdi.model_fallback import ModelFallback
 from cps_envs.core.types import Array
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import observed, play, spec_of, task_settings, watched
+from tests.episodes import observed
+from tests.fdi.episodes import play, spec_of, task_settings, watched
 
 DETECTORS = ("kinematic", "redundancy", "model")
 OWN = "x1>1 x2>2 v1>1 v4>4 xv4>4"  # listed, so that no shipped optima are needed

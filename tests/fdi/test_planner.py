@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.family import Members, find_family
+from cps_baselines.family import find_family
 from cps_baselines.fdi.planner import Planner
 from cps_baselines.fdi.planning import Habits
 from cps_envs.core.errors import ConfigurationError
@@ -17,6 +17,10 @@ SPEC = spec_of("attacker", preset="drawn")
 FAMILY = find_family("fdi-planner")
 START = FAMILY.values(np.zeros((1, len(FAMILY.numbers))))
 SEEDS = range(2_900_000, 2_900_012)
+
+
+def test_its_numbers_are_its_habits() -> None:
+    assert FAMILY.names == Habits._fields
 
 
 def planner(first_plans: int, later_plans: int = 0) -> Planner:
@@ -56,12 +60,3 @@ def test_other_settings_are_refused(preset: Any) -> None:
 def test_two_sensors_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="one attacked sensor"):
         FAMILY.build(spec_of("attacker", preset="drawn", tasks="xv4>4"), START)
-
-
-def test_each_episode_is_played_by_its_own_numbers() -> None:
-    values = FAMILY.values(np.random.default_rng(1).normal(size=(4, len(FAMILY.numbers))))
-    assert FAMILY.names == Habits._fields
-    together = play(Members(SPEC, FAMILY, values), preset="drawn", seeds=range(4))
-    for b in range(4):
-        alone = play(FAMILY.build(SPEC, values[b : b + 1]), preset="drawn", seeds=[b])
-        assert alone["return"][0] == together["return"][b]

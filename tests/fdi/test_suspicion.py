@@ -19,7 +19,8 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import QUIET, Filter, observed, place, play, spec_of, started, watched
+from tests.episodes import observed
+from tests.fdi.episodes import QUIET, Filter, place, play, spec_of, started, watched
 
 SPEC = spec_of("defender", preset="learning")
 HONEST = {"preset": "learning", "attack_share": 0.0}

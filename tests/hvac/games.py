@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.match import Match
 from cps_envs.core.types import Array, Role
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
@@ -19,6 +17,7 @@ SHORT = {"num_steps": 90, "window_steps": 40, "onset_step": 45}
 QUIET = {"noise_std_c": 0.0}
 started = partial(episodes.started, HVAC)
 spec_of = partial(episodes.spec_of, HVAC, preset="learning")
+watched = partial(episodes.watched, HVAC, preset="learning")
 
 
 def go(game: HvacGame, choice: int = 0, attack: Array | list[float] | None = None, num_steps: int = 1) -> Array:
@@ -34,18 +33,3 @@ def seen(game: HvacGame, role: Role) -> dict[str, Array]:
 
 def play(attacker: Any, defender: Any, seeds: Sequence[int] = range(10), preset: str = "paper", **rest: Any) -> Any:
     return episodes.play(HVAC, attacker, defender, seeds, preset, **rest)
-
-
-def watched(
-    attacker: str, defender: str, seeds: Sequence[int], on_step: Callable[..., Any], **overrides: Any
-) -> HvacGame:
-    """Play with objects, so that `on_step` can look at game and match."""
-    game = HvacGame(HVAC.config("learning", overrides), len(seeds))
-    match = Match(game, {"attacker": resolve_policy(attacker, game.spec("attacker")),
-                         "defender": resolve_policy(defender, game.spec("defender"))})  # fmt: skip
-    everybody = np.ones(len(seeds), bool)
-    match.reset(everybody, [np.random.default_rng(seed) for seed in seeds])
-    for _ in range(game.horizon):
-        match.step({}, everybody, 1)
-        on_step(game)
-    return game

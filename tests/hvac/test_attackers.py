@@ -14,11 +14,13 @@ from cps_baselines.hvac.stealthy import loss_response
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
 from cps_envs.hvac.config import LEARNING
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 from tests import episodes
+from tests.episodes import observed
 from tests.hvac.games import play, spec_of, watched
 
 DAYS = range(6)
@@ -59,17 +61,13 @@ def test_it_leaves_other_sensors_and_the_time_before_the_onset_alone() -> None:
 @pytest.mark.parametrize("name", SIGNED)
 def test_both_signs_are_mirrored(name: str) -> None:
     """Before the clipping of readings, a warmer attack is above the truth by what a colder one is below it."""
-    found = {}
-    for sign in ("", "?warmer=true"):
-        differences = []
 
-        def note(game: HvacGame, kept: Any = differences) -> None:
-            true = game.state.temperature[:, game.constants.zone]
-            kept.append(np.where(game.state.compromised, game.state.reading - true, 0.0))
+    def see(game: HvacGame) -> Array:
+        true = game.state.temperature[:, game.constants.zone]
+        return np.where(game.state.compromised, game.state.reading - true, 0.0)
 
-        config = {"compromised_weights": (0, 0, 1), "onset_step": 210, "num_steps": 260, "noise_std_c": 1e-9, **SEES}
-        watched(name + sign, "model_only", [3], note, **config)
-        found[sign] = np.array(differences)
+    config = {"compromised_weights": (0, 0, 1), "onset_step": 210, "num_steps": 260, "noise_std_c": 1e-9, **SEES}
+    found = {sign: np.array(watched(see, name + sign, "model_only", [3], **config)) for sign in ("", "?warmer=true")}
     assert np.abs(found[""][-1]).max() > 0.1
     assert found[""].min() < -0.1
     assert found[""].max() < 1e-6
@@ -82,10 +80,8 @@ def test_both_signs_are_mirrored(name: str) -> None:
 def test_a_warm_mimic_shows_a_gain_of_heat() -> None:
     spec = spec_of("attacker")
     colder, warmer = (resolve_policy(f"mimic{sign}", spec) for sign in ("", "?warmer=true"))
-    observation = np.zeros((1, spec.fields.size), np.float32)
-    at = spec.fields.slices["attack_h"].start
-    observation[:, at] = 2 * 3.0 / LEARNING.duration_h - 1  # 3 h after the onset
-    shown = [policy.act(Seen(spec.fields, observation), None)[0][0, :4] for policy in (colder, warmer)]
+    seen = Seen(spec.fields, observed(spec, attack_h=3.0))
+    shown = [policy.act(seen, None)[0][0, :4] for policy in (colder, warmer)]
     np.testing.assert_allclose(shown[0], -loss_response(LEARNING, 100.0)[90] / 15.0, rtol=1e-5)
     np.testing.assert_allclose(shown[1], -shown[0])
 
@@ -103,9 +99,7 @@ def test_a_shaped_attack_is_its_formula(
     policy = resolve_policy("shaped", spec, rate_c_per_h=rate, exponent=exponent, cap_c=cap, delay_h=delay,
                             warmer=warmer, **named)  # fmt: skip
     steps = round(age_h * 30)
-    observation = np.zeros((1, spec.fields.size), np.float32)
-    observation[:, spec.fields.slices["attack_h"].start] = 2 * (steps / 30) / LEARNING.duration_h - 1
-    action = policy.act(Seen(spec.fields, observation), None)[0][0]
+    action = policy.act(Seen(spec.fields, observed(spec, attack_h=steps / 30)), None)[0][0]
     size = min(cap, 10 * rate * (max(steps / 30 - delay, 0) / 10) ** exponent)
     expected = np.array(weights) * size * (1 if warmer else -1) / 15
     np.testing.assert_allclose(action[:4], np.clip(expected, -1, 1), atol=1e-9)
@@ -190,20 +184,19 @@ def test_the_listener_works_the_heating_out_from_the_temperatures() -> None:
 
 def test_the_tracker_holds_its_innovations_below_its_level() -> None:
     """Against a defender who follows the filter of all sensors, beside noise of its own."""
-    rows = []
-
-    def note(game: HvacGame) -> None:
-        if game.state.step[0] > 260:
-            rows.append(np.where(game.state.compromised, game.state.innovation[:, 14], np.nan))
-
     config = {"compromised_weights": (0, 0, 1), "onset_step": 210, "num_steps": 500}
-    for sign, reference in ((-1, "tracker?level=0.5&noise=0"), (1, "tracker?level=0.5&noise=0&warmer=true")):
-        rows.clear()
-        watched(reference, f"always?action={FIRST + 14}", range(12), note, **config)
+
+    def held(attacker: str) -> Array:
+        def see(game: HvacGame) -> Array:
+            return np.where(game.state.compromised, game.state.innovation[:, 14], np.nan)
+
+        return np.array(watched(see, attacker, f"always?action={FIRST + 14}", range(12), **config))[261:]
+
+    for sign, attacker in ((-1, "tracker?level=0.5&noise=0"), (1, "tracker?level=0.5&noise=0&warmer=true")):
+        rows = held(attacker)
         assert 0.3 < sign * np.nanmean(rows) < 0.5  # the prediction follows, so that it stays a little below
         assert np.nanstd(rows) < 0.3  # no noise of its own
-    rows.clear()
-    watched("tracker?level=0.5", f"always?action={FIRST + 14}", range(12), note, **config)
+    rows = held("tracker?level=0.5")
     assert 0.3 < -np.nanmean(rows) < 0.5
     assert np.nanstd(rows) == pytest.approx(1.0, abs=0.1)
 

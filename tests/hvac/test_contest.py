@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,11 +15,13 @@ from hypothesis import strategies as st
 from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.policy import AnalyticPolicy
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.hvac.config import LEARNING, PAPER
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.sensors import filter_sets
+from tests.episodes import observed
 from tests.hvac.games import go, play, spec_of, started, watched
 from tools.rivals.hvac import RIVALS
 
@@ -48,7 +52,12 @@ def test_readings_without_noise_are_too_smooth(name: str, attacker: str) -> None
 
 
 def cusum_of(
-    readings_by_filter: list[tuple[Array, Array]], kappa: float, limit: float, quiet: float, release: int, smooth: float
+    readings_by_filter: Sequence[tuple[Array, Array]],
+    kappa: float,
+    limit: float,
+    quiet: float,
+    release: int,
+    smooth: float,
 ) -> list[tuple[int, ...]]:
     """The definition in plain Python: the trusted sensors after each step, of r and its mean (F, S) at each."""
     trusted, up, down, calm, found = {0, 1, 2, 3}, [0.0] * 4, [0.0] * 4, [0] * 4, []
@@ -76,62 +85,49 @@ def cusum_of(
 
 @pytest.mark.parametrize("attacker", ["constant?reading_c=28", "ramp", "ramp?keep_noise=true", "none"])
 def test_cusum_is_its_definition(attacker: str) -> None:
-    shown, chosen = [], []
-
-    def note(game: HvacGame) -> None:
+    def see(game: HvacGame) -> tuple[tuple[Array, Array], int]:
         fields = game.fields["defender"].decode(game.observe("defender"))
-        shown.append((fields["innovation"][0], fields["innovation_mean"][0]))
-        chosen.append(int(game.state.choice[0]))
+        return (fields["innovation"][0], fields["innovation_mean"][0]), int(game.state.choice[0])
 
     policy = "cusum?kappa=0.3&limit=6&quiet=0.5&release_h=1&smooth=0.4"
-    watched(attacker, policy, [11], note, compromised_weights=(0, 0, 1), num_steps=420, onset_step=230)
-    start = np.zeros((16, 4)), np.zeros((16, 4))  # about what it sees at k = 0: nothing is near the limit
-    expected = cusum_of([start, *shown[:-1]], 0.3, 6.0, 0.5, 30, 0.4)
+    days = {"compromised_weights": (0, 0, 1), "num_steps": 420, "onset_step": 230}
+    shown, chosen = zip(*watched(see, attacker, policy, [11], **days), strict=True)
+    expected = cusum_of(shown[:-1], 0.3, 6.0, 0.5, 30, 0.4)
     assert len(set(expected)) > 1
     ready = slice(201, None)
-    assert [SETS[choice - FIRST] for choice in chosen[ready]] == expected[ready]
+    assert [SETS[choice - FIRST] for choice in chosen[1:][ready]] == expected[ready]
+
+
+def choosing(policy: AnalyticPolicy, innovations: Sequence[Array]) -> list[tuple[int, ...]]:
+    """The sets that a policy chooses one after the other when it is shown these innovations (16, 4)."""
+    state, found = policy.begin([None], [{}]), []
+    for innovation in innovations:
+        shown = observed(policy.spec, ready=[1], innovation=innovation)
+        choices, state = policy.act(Seen(policy.spec.fields, shown), state)
+        found.append(SETS[choices[0] - FIRST])
+    return found
 
 
 def test_largest_takes_the_most_sensors_without_an_alarm() -> None:
     policy = resolve_policy("largest?kappa=0.5&limit=3&release_h=1&smooth=0", spec_of("defender"))
-    spec, state = policy.spec, policy.begin([None], [{}])
-    observation = np.zeros((1, spec.fields.size), np.float32)
-    observation[:, spec.fields.slices["ready"]] = 1
-    part = spec.fields.slices["innovation"]
-
-    def chosen(innovation: Any, state: Any) -> Any:
-        observation[:, part] = innovation.reshape(-1) / 10
-        choices, state = policy.act(Seen(spec.fields, observation), state)
-        return SETS[choices[0] - FIRST], state
-
     nothing, lie = np.zeros((16, 4)), np.zeros((16, 4))
     lie[[2 in sensors for sensors in SETS], 1] = -4.0  # sensor 2 is off wherever it is used
-    assert chosen(nothing, state)[0] == (1, 2, 3, 4)
-    found, state = chosen(lie, state)
-    assert found == (1, 3, 4)
-    for _ in range(29):
-        found, state = chosen(nothing, state)
-        assert found == (1, 3, 4)
-    assert chosen(nothing, chosen(nothing, state)[1])[0] == (1, 2, 3, 4)
+    assert choosing(policy, [nothing]) == [(1, 2, 3, 4)]
+    assert choosing(policy, [lie, *[nothing] * 30]) == [(1, 3, 4)] * 30 + [(1, 2, 3, 4)]
 
 
 def test_a_lie_outside_a_filter_does_not_raise_its_alarm() -> None:
-    policy = resolve_policy("largest?smooth=0", spec_of("defender"))
-    spec = policy.spec
-    observation = np.zeros((1, spec.fields.size), np.float32)
-    observation[:, spec.fields.slices["ready"]] = 1
     innovation = np.zeros((16, 4))
     innovation[SETS.index((1, 3, 4)), 1] = 9.0
-    observation[:, spec.fields.slices["innovation"]] = innovation.reshape(-1) / 10
-    state = policy.begin([None], [{}])
-    for _ in range(10):
-        choices, state = policy.act(Seen(spec.fields, observation), state)
-    assert SETS[choices[0] - FIRST] == (1, 2, 3, 4)
+    policy = resolve_policy("largest?smooth=0", spec_of("defender"))
+    assert choosing(policy, [innovation] * 10)[-1] == (1, 2, 3, 4)
 
 
 def test_the_informed_one_believes_all_but_the_liars() -> None:
-    chosen = []
-    game = watched("ramp", "informed", range(8), lambda game: chosen.append(game.state.choice.copy()))
+    games, chosen = zip(
+        *watched(lambda game: (game, game.state.choice.copy()), "ramp", "informed", range(8))[1:], strict=True
+    )
+    game: HvacGame = games[0]
     for b in range(8):
         intact = tuple(s + 1 for s in range(4) if not game.state.compromised[b, s])
         assert {int(choices[b]) for choices in chosen[200:]} == {FIRST + SETS.index(intact)}
@@ -140,17 +136,14 @@ def test_the_informed_one_believes_all_but_the_liars() -> None:
 
 
 def test_the_truth_is_the_nearest_estimate() -> None:
-    before = []
-
-    def note(game: HvacGame) -> None:
-        if before:
-            estimate, true, ready = before[-1]
-            nearest = ((estimate - true[:, np.newaxis]) ** 2).sum(axis=2).argmin(axis=1)
-            np.testing.assert_array_equal(game.state.choice, nearest if ready else MODEL)
+    def see(game: HvacGame) -> tuple[Array, ...]:
         state = game.state
-        before.append((state.estimate.copy(), state.temperature.copy(), state.step[0] >= 200))
+        return state.choice.copy(), state.estimate.copy(), state.temperature.copy(), state.step[0] >= 200
 
-    watched("brink", "truth", range(3), note, num_steps=260, onset_step=210)
+    found = watched(see, "brink", "truth", range(3), num_steps=260, onset_step=210)
+    for (_, estimate, true, ready), (choice, *_) in pairwise(found):
+        nearest = ((estimate - true[:, np.newaxis]) ** 2).sum(axis=2).argmin(axis=1)
+        np.testing.assert_array_equal(choice, nearest if ready else MODEL)
 
 
 @pytest.mark.parametrize("name", ["informed", "truth"])
@@ -179,7 +172,7 @@ def test_honest_days_cost_little_though_heat_comes_in_steps(name: str) -> None:
             apart.append((game.state.choice != FIRST + 14).mean())
 
     days, honest = range(700, 760), {"compromised_weights": (1,)}
-    paid = watched("none", name, days, note, **honest).metrics()["a_impact"]
+    paid = play("none", name, days, "learning", on_step=note, **honest)["return"]
     everything = play("none", f"always?action={FIRST + 14}", days, "learning", **honest)["return"]
     assert 0.02 < np.mean(apart) < 0.6
     assert (paid - everything).mean() < 2.0

@@ -182,7 +182,7 @@ def noting(policy: Any) -> list[Any]:
 def remembered(attacker: Any, seed: Any, beliefs: Any = START, **overrides: Any) -> Any:
     policy = Bayes(spec_of("defender", **overrides), beliefs=(beliefs,))
     notes = noting(policy)
-    watched(attacker, policy, [seed], lambda game: None, **overrides)
+    play(attacker, policy, [seed], "learning", **overrides)
     return notes
 
 
@@ -221,12 +221,12 @@ def test_weights_and_estimates_are_their_definition(attacker: Any, together: Any
 
 
 def test_without_an_attack_the_first_hypothesis_is_the_filter_of_all_sensors() -> None:
-    shown, short = [], {"onset_step": 250, "num_steps": 300}
+    short = {"onset_step": 250, "num_steps": 300}
     beliefs = START._replace(heat_w=LEARNING.filter_heat_w)
     policy = Bayes(spec_of("defender", **short), beliefs=(beliefs,))
     notes = noting(policy)
-    watched("none", policy, [5], lambda game: shown.append(game.state.filtered[0, 14].copy()), **short)
-    for (_, _, z, *_), filtered in zip(notes[1:], shown, strict=False):
+    shown = watched(lambda game: game.state.filtered[0, 14].copy(), "none", policy, [5], **short)
+    for (_, _, z, *_), filtered in zip(notes[1:], shown[1:], strict=False):
         np.testing.assert_allclose(z[0, :8], filtered, atol=1e-3)
 
 

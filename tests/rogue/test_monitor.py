@@ -110,13 +110,5 @@ def test_an_attacker_that_is_squeezed_opens_no_gap(free: float, wanted: float) -
     assert front >= -7.5
 
 
-def test_every_episode_is_played_by_its_own_row() -> None:
-    family, config = BOXING_IN, COMMANDED
-    values = family.values(np.array([np.zeros(len(family.numbers)), np.ones(len(family.numbers))]))
-    both = play_family(family, ROGUE, config, "switching", values, [3, 4])["return"]
-    alone = [play_family(family, ROGUE, config, "switching", values[k : k + 1], [3 + k])["return"][0] for k in (0, 1)]
-    assert both.tolist() == alone
-
-
 def test_the_vehicles_ahead_box_in_whoever_drives_slower_than_the_platoon() -> None:
     assert searched("rogue", "box_in")["ahead_slow_mps"] < COMMANDED.reference_speed_mps
