@@ -67,9 +67,11 @@ def shortened(text: str) -> str:
 
 
 SHORT = [pytest.param(shortened, id="short"), pytest.param(str, marks=pytest.mark.slow, id="as-printed")]
+TRAINED = [line for line in COMMANDS if "sb3:" in line]  # what they play is trained on the page
+ALONE = [line for line in COMMANDS if line not in TRAINED]
 RUNS = [  # the same command twice is run once
-    *(pytest.param(shortened, command, id=command) for command in dict.fromkeys(map(shortened, COMMANDS))),
-    *(pytest.param(str, command, id=f"{command}-as-printed", marks=pytest.mark.slow) for command in COMMANDS),
+    *(pytest.param(command, id=command) for command in dict.fromkeys(map(shortened, ALONE))),
+    *(pytest.param(command, id=f"{command}-as-printed", marks=pytest.mark.slow) for command in ALONE),
 ]
 
 
@@ -84,6 +86,10 @@ def run(folder: Path, code: str, *arguments: str) -> None:
     assert result.returncode == 0, result.stdout[-2000:] + result.stderr[-4000:]
 
 
+def run_command(folder: Path, command: str) -> None:
+    run(folder, "from cps_agents.cli import main; main()", *shlex.split(command)[1:])
+
+
 def cells(notebook: Path) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
     return found
@@ -95,23 +101,13 @@ def change(request: pytest.FixtureRequest) -> Any:
     return request.param
 
 
-@pytest.fixture(scope="module")
-def trained(change: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the model that the first pages train."""
-    folder = tmp_path_factory.mktemp("trained")
-    (training,) = (snippet for snippet in PYTHON if "model.learn" in snippet)
-    run(folder, change(training))
-    return folder
-
-
 @pytest.mark.parametrize("snippet", PYTHON, ids=lambda text: text.strip().splitlines()[-1][:40])
-def test_python_snippets_run(
-    snippet: str, change: Callable[[str], str], request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
+def test_python_snippets_run(snippet: str, change: Callable[[str], str], tmp_path: Path) -> None:
+    """And the commands that play what a snippet trains."""
+    run(tmp_path, change(snippet))
     if "model.learn" in snippet:
-        assert list(request.getfixturevalue("trained").glob("*.zip"))
-    else:
-        run(tmp_path, change(snippet))
+        for command in dict.fromkeys(map(change, TRAINED)):
+            run_command(tmp_path, command)
 
 
 @pytest.mark.parametrize("game", GAMES)
@@ -122,11 +118,9 @@ def test_snippets_of_the_pages_of_a_game_run_without_a_warning(game: str, tmp_pa
     run(tmp_path, "\n".join(code), "-Werror")
 
 
-@pytest.mark.usefixtures("change")
-@pytest.mark.parametrize(("change", "command"), RUNS, indirect=["change"])
-def test_commands_run(command: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
-    folder = request.getfixturevalue("trained") if "sb3:" in command else tmp_path
-    run(folder, "from cps_agents.cli import main; main()", *shlex.split(command)[1:])
+@pytest.mark.parametrize("command", RUNS)
+def test_commands_run(command: str, tmp_path: Path) -> None:
+    run_command(tmp_path, command)
 
 
 @EACH_NOTEBOOK
@@ -223,5 +217,7 @@ def test_there_is_something_of_each_kind() -> None:
     assert len(PYTHON) >= 2
     assert sum(map(len, GAMES.values())) >= 2 * len(PROBLEMS)
     assert len(COMMANDS) >= 4
+    assert len(TRAINED) >= 2
+    assert sum("model.learn" in snippet for snippet in PYTHON) == 1
     assert len(NOTEBOOKS) >= 5
     assert sum(len(list(commands(page))) for page in PAGES) > 100

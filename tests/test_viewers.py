@@ -108,7 +108,7 @@ def test_missing_pygame_names_the_extra(pictured: Pictured, monkeypatch: pytest.
         pictured.viewer(pictured.config)
 
 
-def test_no_display_is_opened() -> None:
+def test_no_display_is_opened_and_human_frames_are_drawn_off_screen_with_a_warning() -> None:
     games = [(env_id(name, "attacker"), PICTURED[name].options) for name in PROBLEMS]
     script = (
         "import os\n"
@@ -121,8 +121,14 @@ def test_no_display_is_opened() -> None:
         f"    assert env.render().shape == {SHAPE}\n"
         "    assert not pygame.display.get_init(), name\n"
         "    assert {name: os.environ.get(name) for name in before} == before, name\n"
+        "env = gymnasium.make('cps_envs/RogueAttack-v0', render_mode='human', duration_s=1.0)\n"
+        "env.reset(seed=0)\n"
+        "env.step(env.action_space.sample())\n"
+        "env.close()\n"
     )
-    subprocess.run([sys.executable, "-c", script], check=True)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "there is no display to open a window on" in done.stderr or sys.platform != "linux"
 
 
 @pytest.mark.parametrize(("name", "role"), ENVIRONMENTS)
