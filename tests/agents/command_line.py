@@ -16,10 +16,11 @@ def invoke(*arguments: str, columns: int = 100, program: typer.Typer = app) -> A
     return CliRunner().invoke(program, list(arguments), env={"COLUMNS": str(columns), "TERMINAL_WIDTH": str(columns)})
 
 
-def run(*arguments: str) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of `cps-envs ARGUMENTS`."""
-    result = invoke(*arguments)
-    return result.exit_code, result.stdout, result.stderr
+def succeeded(*arguments: str, columns: int = 100, program: typer.Typer = app) -> Any:
+    """The result of `cps-envs ARGUMENTS`, which has to end without an error."""
+    result = invoke(*arguments, columns=columns, program=program)
+    assert result.exit_code == 0, result.output
+    return result
 
 
 def refusal(*arguments: str, program: typer.Typer = app) -> str:

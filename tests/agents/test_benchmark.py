@@ -20,7 +20,7 @@ from cps_paper.benchmark.schedule import Benchmark, PaperCell
 from cps_paper.benchmark.suite import find_benchmark, run_benchmark, select
 from cps_paper.disbanding.benchmark import GA_PLANS
 from cps_paper.printed.tables import velocity_errors, verdict
-from tests.agents.command_line import invoke
+from tests.agents.command_line import invoke, succeeded
 
 TINY = Benchmark(
     problem="disbanding",
@@ -118,8 +118,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatc
     (part,) = select([TINY], attackers=["none"])
     monkeypatch.setattr("cps_paper.commands.benchmark.find_benchmark", lambda name: part)
     arguments = ["reproduce", "benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
-    first = invoke(*arguments)
-    assert first.exit_code == 0, first.output
+    first = succeeded(*arguments)
     assert "0.00 (0)" in first.stdout
     names = {"benchmark.json", "benchmark.csv", "benchmark.md", "disbanding-tiny.png", ".lock"}
     assert {file.name for file in (tmp_path / "out").iterdir()} == names
@@ -127,8 +126,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatc
     second = invoke(*arguments, "--json")
     assert "Played before: 2 meetings" in second.stderr
     assert json.loads(second.stdout)["problems"][0]["problem"] == "disbanding"
-    third = invoke(*arguments, "--html", str(tmp_path / "page"))
-    assert third.exit_code == 0, third.output
+    succeeded(*arguments, "--html", str(tmp_path / "page"))
     page = (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
     assert '"The paper beside ours"' in page
     assert "0.00 (0)\\npaper 3.00\\nwith crash\\n-3.00 near" in page
@@ -184,8 +182,7 @@ def test_what_is_chosen() -> None:
 
 
 def test_tables_are_listed() -> None:
-    result = invoke("reproduce", "benchmark", "rogue", "--list")
-    assert result.exit_code == 0, result.output
+    result = succeeded("reproduce", "benchmark", "rogue", "--list")
     assert {"paper-1", "solid-1", "easy"} <= set(result.stdout.split())
 
 
@@ -194,7 +191,6 @@ def test_several_problems_are_played_side_by_side(tmp_path: Path, meetings: Path
     defenders = ["--defender", "none", "--defender", "pd", "--defender", "x4-4"]
     few = ["--attacker", "none", *defenders, "--quick", "--jobs", "1"]
     tables = ["--table", "tasks", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
-    result = invoke("reproduce", "benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json")
-    assert result.exit_code == 0, result.output
+    result = succeeded("reproduce", "benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json")
     assert [each["problem"] for each in json.loads(result.stdout)["problems"]] == ["fdi", "hvac", "rogue"]
     assert len(list(meetings.glob("*.json"))) == 3

@@ -45,16 +45,25 @@ def test_what_a_problem_imports_later_is_there(problem: Problem, monkeypatch: py
 
 
 @pytest.mark.parametrize(
-    "code",
+    ("code", "heavy"),
     [
-        "import cps_envs",
-        "from typer.testing import CliRunner; from cps_agents.cli import app; CliRunner().invoke(app, ['list'])",
-        "from cps_agents.commands.train import _list; from cps_agents.recipes.finding import RECIPES; "
-        "_list(list(RECIPES.values()), False)",
+        ("import cps_agents.cli", {"torch", "numba", "numpy", "gymnasium", "matplotlib", "cps_envs"}),
+        ("import cps_envs", {"numba", "scipy", "torch"}),
+        ("from tests.agents.command_line import succeeded; succeeded('list')", {"numba", "scipy", "torch"}),
+        (
+            "from cps_agents.commands.train import _list; from cps_agents.recipes.finding import RECIPES; "
+            "_list(list(RECIPES.values()), False)",
+            {"numba", "scipy", "torch"},
+        ),
+        (
+            "from tests.agents.command_line import succeeded; succeeded('play', 'disbanding', '--set', 'duration_s=2')",
+            {"torch"},
+        ),
     ],
+    ids=["command line", "package", "list", "recipes", "play"],
 )
-def test_listings_do_not_load_the_compiler(code: str) -> None:
-    code += "; import sys; print(sorted({'numba', 'scipy', 'torch'} & set(sys.modules)))"
+def test_nothing_heavy_is_loaded_that_is_not_needed(code: str, heavy: set[str]) -> None:
+    code += f"; import sys; print(sorted({heavy} & set(sys.modules)))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert printed.splitlines()[-1] == "[]"
 

@@ -3,12 +3,8 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-import sys
-import time
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -16,24 +12,24 @@ from cps_envs.fdi.config import A
 from cps_envs.fdi.optima import CONSTANTS, from_text
 from cps_envs.fdi.task import parse_task
 from tests.agents import command_line
+from tests.agents.test_locking import AGAIN, needs_signals, started, stopped, wait_for
 
 SHORT = ("--preset", "paper", "--set", "horizon=12", "--jobs", "1")
 
-
-invoke = partial(command_line.invoke, "certify", columns=120)
+certify = partial(command_line.succeeded, "certify", columns=120)
+refusal = partial(command_line.refusal, "certify")
 
 
 def test_table_file_and_going_on(tmp_path: Path) -> None:
     path = tmp_path / "optima.json"
-    result = invoke(*SHORT, "--task", "x4>4 x4>1", "--out", str(path))
-    assert result.exit_code == 0, result.output
+    result = certify(*SHORT, "--task", "x4>4 x4>1", "--out", str(path))
     assert "2 tasks: 1 reachable with continuous injections, 1 with a known attack, 2 closed" in result.stdout
     assert "2 tasks solved, 0 known before" in result.stderr
     values, records = from_text(path.read_text())
     assert values == {name: {**vars(A), "horizon": 12}[name] for name in CONSTANTS}
     assert records[parse_task("x4>4", 4)].status == "proved"
 
-    result = invoke(*SHORT, "--task", "x4>4", "--task", "v4>4", "--out", str(path), "--json")
+    result = certify(*SHORT, "--task", "x4>4", "--task", "v4>4", "--out", str(path), "--json")
     assert "1 tasks solved, 1 known before" in result.stderr
     found = json.loads(result.stdout)
     assert {row["attacked"] for row in found["rows"]} == {"x4", "v4"}
@@ -44,11 +40,11 @@ def test_table_file_and_going_on(tmp_path: Path) -> None:
 def test_improving_keeps_the_better(tmp_path: Path) -> None:
     path = tmp_path / "optima.json"
     task = parse_task("xv4>4", 4)
-    invoke(*SHORT, "--task", "xv4>4", "--gap", "0.5", "--out", str(path))
+    certify(*SHORT, "--task", "xv4>4", "--gap", "0.5", "--out", str(path))
     loose = from_text(path.read_text())[1][task]
-    invoke(*SHORT, "--task", "xv4>4", "--out", str(path))
+    certify(*SHORT, "--task", "xv4>4", "--out", str(path))
     assert from_text(path.read_text())[1][task] == loose
-    invoke(*SHORT, "--task", "xv4>4", "--improve", "--out", str(path))
+    certify(*SHORT, "--task", "xv4>4", "--improve", "--out", str(path))
     tight = from_text(path.read_text())[1][task]
     assert tight.status == "proved"
     assert tight.bound_mps <= loose.bound_mps
@@ -61,72 +57,51 @@ def test_improving_keeps_the_better(tmp_path: Path) -> None:
 def test_files_of_something_else(tmp_path: Path, content: str | None) -> None:
     path = tmp_path / "optima.json"
     if content is None:
-        invoke(*SHORT, "--task", "x4>1", "--out", str(path))
+        certify(*SHORT, "--task", "x4>1", "--out", str(path))
     else:
         path.write_text(content)
-    result = invoke("--preset", "paper", "--set", "horizon=13", "--task", "x4>1", "--out", str(path))
-    assert result.exit_code == 2
-    assert "--out" in result.stderr
+    assert "--out" in refusal("--preset", "paper", "--set", "horizon=13", "--task", "x4>1", "--out", str(path))
 
 
+@needs_signals
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, jobs: str) -> None:
     path = tmp_path / "optima.json"
-    command = [
-        sys.executable,
-        "-c",
-        "from cps_agents.cli import main; main()",
-        "certify",
-        "--preset",
-        "paper",
-        "--jobs",
-        jobs,
-        "--out",
-        str(path),
-    ]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    deadline = time.monotonic() + 120
-    while time.monotonic() < deadline and not (path.exists() and len(from_text(path.read_text())[1]) >= 3):
-        time.sleep(0.2)
-    os.killpg(running.pid, signal.SIGINT)  # as a terminal does
-    _, printed = running.communicate(timeout=60)
-    assert running.returncode == 130, printed
-    assert "Interrupted." in printed
-    assert "Traceback" not in printed
+    with started("certify", "--preset", "paper", "--jobs", jobs, "--out", str(path)) as process:
+        wait_for(lambda: path.exists() and len(from_text(path.read_text())[1]) >= 3, process)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+        stopped(process, 130, AGAIN)
     assert len(from_text(path.read_text())[1]) >= 3
 
 
 def test_episodes_with_drawn_starts_are_kept_and_not_done_again(tmp_path: Path) -> None:
     path = tmp_path / "episodes.json"
     short = ("--preset", "drawn", "--set", "horizon=20", "--set", "tasks=v4>4", "--jobs", "1", "--time-limit", "1")
-    result = invoke(*short, "--episodes", "1", "--out", str(path))
-    assert result.exit_code == 0, result.output
+    result = certify(*short, "--episodes", "1", "--out", str(path))
     assert "1 episodes solved, 0 known before" in result.stderr
-    result = invoke(*short, "--episodes", "2", "--out", str(path), "--json")
+    result = certify(*short, "--episodes", "2", "--out", str(path), "--json")
     assert "1 episodes solved, 1 known before" in result.stderr
     found = json.loads(result.stdout)
     assert set(found) == {"0", "1"}
     assert all(row["task"] == "v4>4" and row["bound_mps"] >= row["value_mps"] for row in found.values())
-    result = invoke(*short, "--set", "gap_spread_m=0.1", "--episodes", "1", "--out", str(path))
-    assert result.exit_code != 0
-    assert "another configuration" in result.stderr
+    other = (*short, "--set", "gap_spread_m=0.1", "--episodes", "1", "--out", str(path))
+    assert "another configuration" in refusal(*other)
 
 
-def evaluate(*arguments: str) -> Any:
-    return command_line.invoke("evaluate", "fdi", "attacker", *arguments, "--jobs", "1")
+EVALUATE = ("evaluate", "fdi", "attacker", "--jobs", "1")
 
 
 def test_policies_are_measured_by_the_optimum_of_each_episode(tmp_path: Path) -> None:
     path = tmp_path / "episodes.json"
     short = ("--preset", "drawn", "--set", "horizon=22", "--set", "tasks=v4>4", "--episodes", "4")
-    invoke(*short, "--time-limit", "1", "--jobs", "1", "--out", str(path))
+    certify(*short, "--time-limit", "1", "--jobs", "1", "--out", str(path))
     rows = json.loads(path.read_text())["episodes"]
     rows["2"].update(value_mps=None, bound_mps=0.0, status="infeasible")  # nothing to have a share of
     path.write_text(json.dumps({**json.loads(path.read_text()), "episodes": rows}))
     policies = ("--attacker", "bang_bang", "--baseline", "none", "--json")
     paid, share, of_value = (
-        json.loads(evaluate(*short, *policies, *more).stdout)["standings"][0]["values"][0]
+        json.loads(command_line.succeeded(*EVALUATE, *short, *policies, *more).stdout)["standings"][0]["values"][0]
         for more in ((), ("--certified", str(path)), ("--certified", str(path), "--per", "oracle_value_mps"))
     )
     kept = (0, 1, 3)
@@ -134,7 +109,7 @@ def test_policies_are_measured_by_the_optimum_of_each_episode(tmp_path: Path) ->
     assert share == pytest.approx([paid[seed] / rows[str(seed)]["bound_mps"] for seed in kept])
     assert of_value == pytest.approx([paid[seed] / rows[str(seed)]["value_mps"] for seed in kept])
     assert max(share) <= 1 + 1e-5
-    result = evaluate(*short, "--attacker", "bang_bang", "--certified", str(path))
+    result = command_line.succeeded(*EVALUATE, *short, "--attacker", "bang_bang", "--certified", str(path))
     proved = sum(row["status"] == "proved" for row in rows.values())
     assert f"4 episodes, 3 with a known attack, of which {proved} are proved" in " ".join(result.stderr.split())
 
@@ -143,12 +118,10 @@ def test_certificates_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "episodes.json"
     short = ("--preset", "drawn", "--set", "horizon=20", "--set", "tasks=v4>4", "--attacker", "bang_bang")
     certified = ("--certified", str(path))
-    invoke(*short[:6], "--episodes", "1", "--time-limit", "1", "--jobs", "1", "--out", str(path))
+    certify(*short[:6], "--episodes", "1", "--time-limit", "1", "--jobs", "1", "--out", str(path))
     for arguments, remedy in (
         ((*short, "--episodes", "3"), "lacks 2 of 3 episodes"),
         ((*short, "--episodes", "1", "--set", "gap_spread_m=0.1"), "another configuration"),
         ((*short, "--episodes", "1", "--defender", "model"), "without a defender"),
     ):
-        result = evaluate(*arguments, *certified)
-        assert result.exit_code == 2
-        assert remedy in " ".join(result.stderr.split())
+        assert remedy in command_line.refusal(*EVALUATE, *arguments, *certified)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -15,17 +14,11 @@ import pytest
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from cps_envs.testbed.problem import TESTBED
-from tests.agents.command_line import invoke, refusal
+from tests.agents.command_line import refusal, succeeded
 
 SHORT = ("--preset", "paper", "--set", "duration_s=5", "--set", "num_platoons=3")
 EARLY = "plan?events=[[3, 5]]"
 FEW = ("--set", "duration_s=12", "--set", "measured_from_s=5", "--set", "measured_for_s=5", "--attacker", EARLY)
-
-
-def succeeded(*arguments: str) -> Any:
-    result = invoke(*arguments)
-    assert result.exit_code == 0, result.output
-    return result
 
 
 def play(*arguments: str) -> Any:
@@ -118,16 +111,13 @@ def test_films_have_a_frame_every_second_and_leave_nothing_else(kind: str, tmp_p
     assert list(file.parent.iterdir()) == [file]
 
 
-@pytest.mark.parametrize(("kind", "count"), [("gif", 7), ("mp4", 7), ("png", 1)])
-def test_the_test_bed_is_shown(kind: str, count: int, tmp_path: Path) -> None:
+def test_the_test_bed_is_shown(tmp_path: Path) -> None:
     pytest.importorskip("pygame")
     imageio = pytest.importorskip("imageio.v3")
-    if kind == "mp4":
-        pytest.importorskip("imageio_ffmpeg")
-    file = tmp_path / f"robots.{kind}"
+    file = tmp_path / "robots.gif"
     robots("--preset", "mitigated", "--render", str(file), "--fps", "2", "--speed", "4")
     frames = list(imageio.imiter(file))
-    assert len(frames) == count
+    assert len(frames) == 7
     assert np.asarray(frames[0]).shape[:2] == (540, 960)
 
 
@@ -163,16 +153,3 @@ def test_no_display_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr("cps_envs.core.picture.rendering.Window.show", without_display)
     assert "--render FILE.mp4" in refusal("play", "disbanding", *SHORT, "--render", "human")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "remedy"),
-    [
-        (("--period", "0.5"), "the option --period is now --preset mitigated"),
-        (("--preset", "mitigated", "--defender", "heuristic?horizon_s=0.52&sample_s=0.1"), "multiple of sample_s"),
-        (("--defender", "heuristics"), "heuristic"),
-        (("--set", "radius_m=0.4"), "larger radius_m"),
-    ],
-)
-def test_wrong_input_of_the_test_bed_names_the_remedy(arguments: Sequence[str], remedy: str) -> None:
-    assert remedy in refusal("play", "testbed", *arguments)

@@ -12,7 +12,7 @@ import pytest
 
 from cps_agents.cli import COMMANDS as ENTRIES
 from cps_agents.cli import RENAMED, whole
-from tests.agents.command_line import invoke, refusal
+from tests.agents.command_line import invoke, refusal, succeeded
 
 SHORT = ("--set", "duration_s=2")
 NARROWEST = 80
@@ -69,6 +69,67 @@ REFUSED = [
             ("epochs=many:few", "LOW:HIGH"),
         )
     ),
+    *(
+        (("play", "testbed", *wrong), remedy)
+        for *wrong, remedy in (
+            ("--period", "0.5", "the option --period is now --preset mitigated"),
+            ("--preset", "mitigated", "--defender", "heuristic?horizon_s=0.52&sample_s=0.1", "multiple of sample_s"),
+            ("--defender", "heuristics", "heuristic"),
+            ("--set", "radius_m=0.4", "larger radius_m"),
+        )
+    ),
+    *(
+        (("play", "rogue", *wrong), remedy)  # deep and odd texts
+        for *wrong, remedy in (
+            ("--set", f"duration_s={'[' * 100_000}", "--set duration_s=...: it is nested too deeply"),
+            ("--set", "duration_s=NaN", "--set duration_s=...: NaN is no number of JSON"),
+            ("--attacker", f"square?duty={'[' * 5000}", "an option of a policy makes no sense"),
+            ("--attacker", f"mixture?policies={'[' * 5000}", "an option of a policy makes no sense"),
+        )
+    ),
+    *(
+        (("reproduce", *wrong), remedy)
+        for *wrong, remedy in (
+            ("ch2", "--table", "2.4", "2.1fig"),
+            ("ch2", "--table", "2.2", "--interpretation", "S9", "S0, S1, S2"),
+            ("ch2", "--table", "2.2", "--recheck", "add --table claims"),
+            ("ch3", "--table", "3.9", "3.7"),
+            ("ch3", "--preset-set", "C", "A, B"),
+            ("ch3", "--time-limit", "0", "above 0"),
+            ("ch3", "--acceptance", "-1", "above 0"),
+            ("ch4", "--table", "4.9", "4.8fig"),
+            ("ch4", "--table", "4.1", "--recheck", "add --table claims"),
+            ("ch4", "--controller", "pq", "Known: clip, qp, levels"),
+            ("ch5", "--part", "5.9", "Known: 5.2, 5.3, 5.4, 5.5, maps"),
+            ("ch5", "--part", "5.3", "--recheck", "add --part claims"),
+            ("ch5", "--jobs", "0", "greater than or equal to 1"),
+            ("testbed", "--seeds", "0", "greater than or equal to 1"),
+        )
+    ),
+    *(
+        (("evaluate", "rogue", "attacker", "--defender", "pd", "--attacker", *wrong), remedy)
+        for *wrong, remedy in (
+            ("sqare", "Did you mean"),
+            ("zoo:nobody", "no trained policy 'nobody'"),
+            ("square", "--metric", "damge", "Did you mean 'damage'"),
+            ("square", "--set", "duration=3", "duration_s"),
+            ("square", "--preset", "papr", "paper"),
+        )
+    ),
+    (("evaluate", "rogue", "attackers", "--attacker", "square"), "write attacker or defender"),
+    (("evaluate", "rouge", "attacker", "--attacker", "square"), "Did you mean 'rogue'"),
+    (("league", "rogue", "--defender", "slidin"), "Did you mean 'sliding'"),
+    (("self-play", "rogue", "--defender", "pdd"), "Did you mean 'pd'"),
+    *(
+        (("best-response", "rogue", "attacker", "--defender", "pd", *wrong), remedy)
+        for *wrong, remedy in (
+            ("--weights", "a", "write numbers with commas"),
+            ("--weights", "1,2", "one weight for each policy"),
+            ("--league", "nowhere.json", "play the league first"),
+            ("--oracle", "fdi-attack", "trains the attacker of fdi"),
+        )
+    ),
+    (("best-response", "rogue", "atacker", "--defender", "pd"), "not a role"),
     (("zoo", "show", "fdi-defens"), "fdi-defense"),
     (("train", "fdi-defens"), "fdi-defense"),
     (("nothing",), "No such command 'nothing'"),
@@ -86,8 +147,7 @@ JSON = [
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda words: " ".join(words) or "cps-envs")
 def test_help(command: Sequence[str]) -> None:
-    result = invoke(*command, "--help", columns=NARROWEST)
-    assert result.exit_code == 0
+    result = succeeded(*command, "--help", columns=NARROWEST)
     assert "Usage" in result.stdout
     assert max(map(len, result.stdout.splitlines())) <= NARROWEST
 
@@ -131,7 +191,7 @@ def test_wrong_input_gets_one_message_that_names_the_remedy(
         pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
     assert remedy in refusal(*arguments)
-    assert not [path for path in tmp_path.iterdir() if path.suffix != ".lock"]
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and not path.name.endswith(".lock")]
 
 
 @pytest.mark.parametrize("arguments", JSON, ids=" ".join)
@@ -139,8 +199,7 @@ def test_json_is_all_that_is_on_stdout(
     arguments: Sequence[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    result = invoke(*arguments, "--json")
-    assert result.exit_code == 0, result.output
+    result = succeeded(*arguments, "--json")
     assert json.loads(result.stdout)
     plain = invoke(*arguments)
     assert "\x1b" not in plain.stdout + plain.stderr  # no colours in a pipe
@@ -153,10 +212,12 @@ def test_json_is_all_that_is_on_stdout(
     [
         (("play", "disbanding", *SHORT, "--render", "film.png"), "imageio.v2", "render"),
         (("reproduce", "string-stability", "--plot", "gain.png"), "matplotlib.figure", "baselines"),
+        (("reproduce", "ch2", "--plot", "gains"), "matplotlib.figure", "baselines"),
         (("league", "rogue"), "scipy", "baselines"),
         (("tune", "rogue-attack"), "optuna", "tune"),
         (("train", "rogue-attack"), "torch", "train"),
-        (("self-play", "rogue", "--oracle", "rogue-attack"), "torch", "train"),
+        (("self-play", "rogue"), "torch", "train"),
+        (("best-response", "rogue", "attacker", "--defender", "pd"), "torch", "train"),
     ],
     ids=lambda value: value if isinstance(value, str) else value[0],
 )

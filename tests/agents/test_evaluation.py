@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,25 +15,14 @@ from cps_agents.evaluation import Standing, is_better, worst_of
 from cps_agents.zoo.references import by_training_seed, form_of, is_missing, is_trained, weights_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
-from tests.agents.command_line import invoke, refusal
+from tests.agents.command_line import invoke, succeeded
 from tests.agents.trained import save_tiny
+from tests.episodes import play
 
 SHORT = {"duration_s": 4.0}
-ROGUE = [
-    "evaluate",
-    "rogue",
-    "attacker",
-    "--preset",
-    "paper",
-    "--set",
-    "duration_s=4",
-    "--jobs",
-    "1",
-    "--defender",
-    "pd",
-]
+ALONE = ("--jobs", "1")
+ROGUE = ("evaluate", "rogue", "attacker", "--preset", "paper", "--set", "duration_s=4", "--defender", "pd", *ALONE)
 
 
 @pytest.fixture
@@ -96,9 +84,7 @@ def test_a_judged_table_plays_every_training_seed_on_the_evaluation_seeds(tiny: 
     venue = Venue("rogue", "paper", SHORT)
     table = Table(venue, [Contestant(tiny)], [Contestant("pd")], 3, judged="attacker")
     found = scores([meeting.run() for meeting in table.meetings((0, 0))], "damage")
-    config = find_problem("rogue").config("paper", SHORT)
-    players: Any = {"attacker": f"{tiny}?seed=2", "defender": "pd"}
-    expected = play_episodes(find_problem("rogue"), config, players, range(3))["damage"]
+    expected = play(find_problem("rogue"), f"{tiny}?seed=2", "pd", range(3), **SHORT)["damage"]
     np.testing.assert_array_equal(found[2], expected)
     with pytest.raises(UnknownNameError, match="Did you mean 'damage'"):
         scores([{"metrics": {"damage": [1.0]}}], "damge")
@@ -115,8 +101,7 @@ def test_an_advantage_is_one_only_if_the_interval_excludes_zero() -> None:
 
 def test_evaluate_prints_json(tiny: str) -> None:
     arguments = ["--attacker", tiny, "--baseline", "square", "--baseline", "none", "--episodes", "2", "--json"]
-    result = invoke(*ROGUE, "--defender", "sliding", *arguments)
-    assert result.exit_code == 0, result.output
+    result = succeeded(*ROGUE, "--defender", "sliding", *arguments)
     found = json.loads(result.stdout)
     assert [(each["opponent"], each["policy"]) for each in found["standings"]] == [
         (opponent, policy) for opponent in ("pd", "sliding") for policy in (tiny, "square", "none")
@@ -130,8 +115,7 @@ def test_evaluate_prints_json(tiny: str) -> None:
 
 
 def test_evaluate_prints_tables(tiny: str) -> None:
-    result = invoke(*ROGUE, "--attacker", tiny, "--attacker", "square", "--baseline", "none")
-    assert result.exit_code == 0, result.output
+    result = succeeded(*ROGUE, "--attacker", tiny, "--attacker", "square", "--baseline", "none")
     for text in ("attacker against pd: return", "95 % interval", "IQM", "3 x 50", "square", "minus none"):
         assert text in result.stdout
 
@@ -178,8 +162,7 @@ def standing(worst: float | None) -> Standing:
 
 
 def test_all_stands_for_every_baseline_of_the_role() -> None:
-    result = invoke(*ROGUE, "--attacker", "square", "--baseline", "all", "--episodes", "1", "--json")
-    assert result.exit_code == 0, result.output
+    result = succeeded(*ROGUE, "--attacker", "square", "--baseline", "all", "--episodes", "1", "--json")
     first, *others = json.loads(result.stdout)["standings"]
     assert set(first["differences"]) == {each["policy"] for each in others} >= {"none", "duty_square", "random"}
 
@@ -187,8 +170,7 @@ def test_all_stands_for_every_baseline_of_the_role() -> None:
 def test_a_baseline_with_one_training_seed_is_marked(tiny: str) -> None:
     one = f"{tiny}?seed=1"
     arguments = [*ROGUE, "--attacker", "square", "--baseline", one, "--baseline", tiny, "--baseline", "none"]
-    result = invoke(*arguments, "--episodes", "2")
-    assert result.exit_code == 0, result.output
+    result = succeeded(*arguments, "--episodes", "2")
     assert f"* {one}: one training seed: its seed noise is not in the interval." in result.stdout
     assert result.output.count("one training seed") == 1
     result = invoke(*arguments, "--episodes", "2", "--json")
@@ -201,19 +183,3 @@ def test_what_training_made() -> None:
     for trained in ("zoo:nobody?seed=1", "sb3:my.zip", 'mixture?policies=["none","zoo:nobody"]'):
         assert is_trained(trained)
     assert not is_trained("square?duty=0.3")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["evaluate", "rogue", "attackers", "--attacker", "square"], "write attacker or defender"),
-        (["evaluate", "rouge", "attacker", "--attacker", "square"], "Did you mean 'rogue'"),
-        ([*ROGUE, "--attacker", "sqare"], "Did you mean"),
-        ([*ROGUE, "--attacker", "zoo:nobody"], "no trained policy 'nobody'"),
-        ([*ROGUE, "--attacker", "square", "--metric", "damge"], "Did you mean 'damage'"),
-        ([*ROGUE, "--attacker", "square", "--set", "duration=3"], "duration_s"),
-        (["evaluate", "rogue", "attacker", "--attacker", "square", "--preset", "papr"], "paper"),
-    ],
-)
-def test_mistakes_are_told(arguments: list[str], message: str) -> None:
-    assert message in refusal(*arguments)

@@ -22,7 +22,6 @@ from cps_agents.learning.run import TrainingJob
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A
-from tests.agents.command_line import invoke
 
 VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
 RUN = TrainingJob(Recipe(name="tiny", problem="rogue", role="attacker"), 0, Path(), "cps-envs train")
@@ -157,23 +156,6 @@ def test_other_files_are_refused_in_one_sentence(kind: str, text: str, tmp_path:
         return  # no lines at all
     with pytest.raises(DamagedFileError, match=r" is no .* \(.*\)\. [A-Z].*\."):
         KINDS[kind][2](write(tmp_path, kind, text))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("play", "rogue", "--set", f"duration_s={'[' * 100_000}"), "--set duration_s=...: it is nested too deeply"),
-        (("play", "rogue", "--set", "duration_s=NaN"), "--set duration_s=...: NaN is no number of JSON"),
-        (("play", "rogue", "--attacker", f"square?duty={'[' * 5000}"), "an option of a policy makes no sense"),
-        (("play", "rogue", "--attacker", f"mixture?policies={'[' * 5000}"), "an option of a policy makes no sense"),
-        (("certify", "--preset", "paper", "--out", "README.md"), "README.md is no file of optima"),
-    ],
-)
-def test_deep_and_odd_texts_on_the_command_line(arguments: tuple[str, ...], message: str) -> None:
-    result = invoke(*arguments)
-    assert result.exit_code == 2
-    assert message in " ".join(result.stderr.split())
-    assert "Traceback" not in result.stderr
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:

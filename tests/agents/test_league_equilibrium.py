@@ -29,17 +29,11 @@ def close(payoff: np.ndarray[Any, Any]) -> float:
     return 10 * TOLERANCE * (float(np.ptp(payoff)) or 1.0)
 
 
-def test_matching_pennies() -> None:
-    found = solve(PENNIES)
-    np.testing.assert_allclose(found.attacker, [0.5, 0.5], atol=1e-9)
-    np.testing.assert_allclose(found.defender, [0.5, 0.5], atol=1e-9)
-    assert found.value == pytest.approx(0.0, abs=1e-9)
-
-
-def test_rock_paper_scissors() -> None:
-    found = solve(ROCK_PAPER_SCISSORS)
-    np.testing.assert_allclose(found.attacker, np.full(3, 1 / 3), atol=1e-9)
-    np.testing.assert_allclose(found.defender, np.full(3, 1 / 3), atol=1e-9)
+@pytest.mark.parametrize("game", [PENNIES, ROCK_PAPER_SCISSORS], ids=["pennies", "rock, paper, scissors"])
+def test_a_fair_game_is_played_evenly(game: np.ndarray[Any, Any]) -> None:
+    found = solve(game)
+    np.testing.assert_allclose(found.attacker, np.full(len(game), 1 / len(game)), atol=1e-9)
+    np.testing.assert_allclose(found.defender, np.full(len(game), 1 / len(game)), atol=1e-9)
     assert found.value == pytest.approx(0.0, abs=1e-9)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import sys
 import zlib
 from contextlib import nullcontext
 from dataclasses import replace
@@ -39,18 +38,17 @@ from cps_baselines.searches import SearchSpace
 from cps_envs import find_problem
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
 from cps_envs.core.types import ROLES, Role
-from tests.agents.command_line import run
+from tests.agents.command_line import invoke, refusal, succeeded
 from tests.agents.trained import save_tiny
+from tests.episodes import play
 from tools.recipes import SEARCHED
 
 VENUE = Venue("rogue", "easy", {"duration_s": 3.0})
 
 
 def returns(attacker: str, defender: str, seeds: range) -> np.ndarray[Any, Any]:
-    players: Any = {"attacker": attacker, "defender": defender}
-    return play_episodes(find_problem("rogue"), VENUE.config, players, seeds)["return"]
+    return play(find_problem("rogue"), attacker, defender, seeds, "easy", duration_s=3.0)["return"]
 
 
 def silent(done: int, total: int, label: str) -> None:
@@ -268,9 +266,7 @@ def test_the_command_trains_and_judges(tmp_path: Path) -> None:
     pytest.importorskip("torch")
     base = ("best-response", "rogue", "defender", "--attacker", "square", "--attacker", "none", "--weights", "3,1")
     where = ("--oracle", SHARED, "--seeds", "2", "--known", "pd", "--known", "sliding", "--out", str(tmp_path))
-    code, printed, told = run(*base, *TINY, *where, "--json")
-    assert code == 0, told
-    found = json.loads(printed)
+    found = json.loads(succeeded(*base, *TINY, *where, "--json").stdout)
     assert found["opponent"] == {"square": 0.75, "none": 0.25}
     assert [each["seed"] for each in found["responses"]] == [0, 1]
     assert found["budget"]["steps"] >= 2 * 640
@@ -278,13 +274,10 @@ def test_the_command_trains_and_judges(tmp_path: Path) -> None:
     assert found["chosen"]["validation"] == max(each["validation"] for each in found["responses"])
     assert found["reference"] == f"zoo:{tmp_path.resolve()}/shared-ppo/seed-{found['chosen']['seed']}"
     assert json.loads((tmp_path / "best-response.json").read_text()) == found
-    code, printed, _ = run(*base, *TINY, *where, "--resume")
-    assert code == 0
+    printed = succeeded(*base, *TINY, *where, "--resume").stdout
     assert "The best defence found is" in printed
     assert "pay, fresh episodes" in printed
-    code, _, told = run(*base, *TINY, *where, "--set", "duration_s=4")
-    assert code == 2
-    assert "another recipe" in told
+    assert "another recipe" in refusal(*base, *TINY, *where, "--set", "duration_s=4")
 
 
 def test_a_terminated_response_says_so_and_leaks_no_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -295,30 +288,10 @@ def test_a_terminated_response_says_so_and_leaks_no_warning(tmp_path: Path, monk
 
     monkeypatch.setattr(learner, "_counting", terminating)
     base = ("best-response", "rogue", "defender", "--attacker", "square", "--oracle", SHARED, "--known", "pd")
-    code, _, told = run(*base, *TINY, "--out", str(tmp_path))
-    assert code == 143
-    assert "Warning" not in told
+    stopped = invoke(*base, *TINY, "--out", str(tmp_path))
+    assert stopped.exit_code == 143
+    assert "Warning" not in stopped.stderr
     assert json.loads((tmp_path / SHARED / "seed-0" / "run.json").read_text())["status"] == "interrupted"
-
-
-def test_mistakes_are_told_before_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    base = ("best-response", "rogue", "attacker", "--defender", "pd", "--out", str(tmp_path))
-    for arguments, message in (
-        (("--weights", "a"), "write numbers with commas"),
-        (("--weights", "1,2"), "one weight for each policy"),
-        (("--league", "nowhere.json"), "play the league first"),
-        (("--oracle", "fdi-attack"), "trains the attacker of fdi"),
-    ):
-        code, _, told = run(*base, *arguments)
-        assert code == 2
-        assert message in told.replace("\n", " ")
-    code, _, told = run("best-response", "rogue", "atacker", "--defender", "pd")
-    assert (code, "not a role" in told) == (2, True)
-    monkeypatch.setitem(sys.modules, "torch", None)
-    code, _, told = run(*base)
-    assert code == 2
-    assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")
-    assert not list(tmp_path.rglob("run.json"))
 
 
 def test_a_budget_bounds_search_and_learning_together() -> None:

@@ -21,7 +21,7 @@ from cps_agents.learning.tracking import TrackedRun, make_tracker
 from cps_agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
-from tests.agents.command_line import invoke
+from tests.agents.command_line import succeeded
 from tests.agents.test_ppo import recipe_of
 
 RECIPE = recipe_of("attacker", total_steps=1_280)
@@ -105,8 +105,7 @@ def test_a_run_is_repeated_from_its_file(tmp_path: Path) -> None:
     earlier = read_earlier(tmp_path / "first" / "run.json")
     assert (earlier.seed, earlier.recipe) == (3, RECIPE)
     command = ["train", "--config", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path), "--tracker", "none"]
-    result = invoke(*command)
-    assert result.exit_code == 0, result.output
+    succeeded(*command)
     again = tmp_path / RECIPE.name / "seed-3" / "policy.json"
     first, second = (load(path)[1].tensors() for path in (tmp_path / "first" / "policy.json", again))
     for name, array in first.items():

@@ -23,7 +23,8 @@ from cps_agents.files import alone_at, alone_in
 from cps_agents.scoring.board import FOLDER
 from cps_agents.scoring.verify import read_score
 from cps_baselines.interruption import Ended, ending, exit_code
-from tests.agents.command_line import invoke
+from tests.agents.command_line import invoke, refusal
+from tests.processes import is_gone, wait_until
 
 WHOLE = "from cps_agents.cli import main; main()"
 AGAIN = "Finished work is kept: the same command continues."
@@ -66,21 +67,7 @@ def started(*arguments: str, ignoring: bool = False) -> Iterator[subprocess.Pope
 
 
 def wait_for(there: Any, process: subprocess.Popen[str]) -> None:
-    deadline = time.monotonic() + 300
-    while time.monotonic() < deadline and process.poll() is None and not there():
-        time.sleep(0.1)
-
-
-def wait_until_gone(group: int) -> bool:
-    """Whether all processes of a group end soon."""
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline:
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.1)
-    return False
+    wait_until(lambda: process.poll() is not None or there(), 300.0)
 
 
 def stopped(process: subprocess.Popen[str], code: int, advice: str) -> None:
@@ -89,7 +76,7 @@ def stopped(process: subprocess.Popen[str], code: int, advice: str) -> None:
     assert process.returncode == code, printed
     assert f"Interrupted. {advice}" in " ".join(printed.split())
     assert "Traceback" not in printed
-    assert wait_until_gone(process.pid)
+    assert wait_until(lambda: is_gone(process.pid))
 
 
 @needs_signals
@@ -99,9 +86,7 @@ def test_a_league_that_is_terminated_keeps_its_pairs(tmp_path: Path, meetings: P
     with started(*LONG, "--jobs", jobs, "--out", str(tmp_path), ignoring=True) as process:
         wait_for(lambda: list(meetings.glob("*.json")), process)
         process.send_signal(signal.SIGINT)  # ignored
-        second = invoke(*LONG, "--out", str(tmp_path))
-        assert second.exit_code == 2, second.output
-        assert "another command is writing" in second.stderr
+        assert "another command is writing" in refusal(*LONG, "--out", str(tmp_path))
         os.killpg(process.pid, signal.SIGTERM) if jobs == "2" else process.terminate()
         stopped(process, 143, AGAIN)
     assert list(meetings.glob("*.json"))
@@ -155,6 +140,7 @@ def test_every_command_tells_how_to_go_on(
     assert result.exit_code == 128 + number, result.output
     advice = RESUMED if name in (*LEARNING, "train") else "" if name == "list" else AGAIN
     assert result.stderr.split("\n")[-2] == f"Interrupted. {advice}".strip()
+    assert result.stdout == ""
 
 
 def test_signals_are_handled_as_before_afterwards() -> None:
@@ -223,13 +209,6 @@ def held(function: str, path: Path) -> Iterator[subprocess.Popen[str]]:
         other.stdout.close()  # type: ignore[union-attr]
 
 
-def refused(*arguments: str) -> str:
-    result = invoke(*arguments)
-    assert result.exit_code == 2, result.output
-    assert "Traceback" not in result.stderr
-    return " ".join(result.stderr.split())
-
-
 def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
     pytest.importorskip("scipy")
     home = tmp_path / "kept"
@@ -237,7 +216,7 @@ def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
         for name, command in COMMANDS.items():
             if name in LEARNING:
                 pytest.importorskip("torch")
-            message = refused(*command, "--out", str(home))
+            message = refusal(*command, "--out", str(home))
             assert f"another command is writing into {home}: wait until it has ended" in message, name
         assert sorted(path.name for path in home.iterdir()) == [".lock"]
         other.kill()
@@ -257,7 +236,7 @@ def test_two_processes_do_not_write_one_file(command: tuple[str, ...], tmp_path:
     pytest.importorskip("cma")
     path = tmp_path / "found.json"
     with held("alone_at", path):
-        assert f"another command is writing {path}" in refused(*command, "--out", str(path))
+        assert f"another command is writing {path}" in refusal(*command, "--out", str(path))
         assert not path.exists()
 
 
@@ -266,7 +245,7 @@ def test_two_processes_do_not_train_one_run(tmp_path: Path) -> None:
     run = tmp_path / "tiny" / "seed-0"
     arguments = ("train", "RogueAttack-v0", "--name", "tiny", "--seeds", "1", "--jobs", "1", "--steps", "8")
     with held("alone_in", run):
-        assert f"another command is writing into {run}" in refused(*arguments, "--out", str(tmp_path))
+        assert f"another command is writing into {run}" in refusal(*arguments, "--out", str(tmp_path))
         assert not (run / "run.json").exists()
 
 

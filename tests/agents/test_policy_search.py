@@ -29,7 +29,7 @@ from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.testbed.problem import ATTACK
-from tests.agents.command_line import run
+from tests.agents.command_line import refusal, succeeded
 from tools.recipes import SEARCHED
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
@@ -234,21 +234,17 @@ def test_commands(tmp_path: Path) -> None:
     scenes = 'scenes=[{"episodes": 1, "opponent": "none", "overrides": {"duration_s": 2}}]'
     few = ("--steps", "8", "--knob", "population=4", "--knob", "evaluation_episodes=1", "--knob", scenes)
     base = ("train", "RogueAttack-v0", "--algo", "cma-es", "--name", "tiny", "--seeds", "1", "--out", str(tmp_path))
-    code, _, told = run(*base, *few)
-    assert code == 2
-    assert "add --knob family=NAME" in told
-    code, _, told = run(*base, *few, "--preset", "paper", "--knob", "family=rogue-switching")
-    assert (code, "seed 0: validation" in told) == (0, True)
-    code, printed, _ = run("zoo", "show", str(tmp_path / "tiny" / "seed-0"))
-    assert code == 0
+    assert "add --knob family=NAME" in refusal(*base, *few)
+    trained = succeeded(*base, *few, "--preset", "paper", "--knob", "family=rogue-switching")
+    assert "seed 0: validation" in trained.stderr
+    printed = succeeded("zoo", "show", str(tmp_path / "tiny" / "seed-0")).stdout
     assert "front_gap" in printed
     assert "hysteresis" in printed
 
 
 def test_a_search_is_repeated_exactly_by_its_record(tmp_path: Path) -> None:
     def train(*arguments: str) -> None:
-        code, _, told = run("train", *arguments, "--jobs", "1", "--tracker", "none")
-        assert code == 0, told
+        succeeded("train", *arguments, "--jobs", "1", "--tracker", "none")
 
     scenes = 'scenes=[{"episodes":2,"overrides":{"duration_s":3}}]'
     small = ("--knob", scenes, "--knob", "population=4", "--steps", "24")

@@ -23,8 +23,8 @@ from cps_agents.report.report import serve
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.picture.recording import Recorder
-from cps_envs.core.play import play_episodes
-from tests.agents.command_line import invoke
+from tests.agents.command_line import invoke, succeeded
+from tests.episodes import play
 
 pytest.importorskip("scipy", reason="needs the extra baselines")
 VENUE = ("--preset", "easy", "--set", "duration_s=9")
@@ -86,9 +86,7 @@ def test_the_matrix_holds_the_meetings(folder: Path) -> None:
     assert [each["name"] for each in board["attackers"]] == ["square", "none"]
     assert [each["name"] for each in board["defenders"]] == ["sliding", "pd"]
     assert board["missing"] == 0
-    problem = find_problem("rogue")
-    players = {"attacker": "square", "defender": "pd"}
-    expected = play_episodes(problem, problem.config("easy", {"duration_s": 9.0}), players, range(3))  # type: ignore[arg-type]
+    expected = play(find_problem("rogue"), "square", "pd", range(3), "easy", duration_s=9.0)
     cell = board["cells"][0][1]
     for name, values in expected.items():
         assert cell["metrics"][name]["values"] == pytest.approx(values.tolist(), rel=1e-5)
@@ -158,14 +156,12 @@ def test_a_league_and_a_chapter_write_the_same_page(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the extra baselines")
     pair = ("--attacker", "square", "--defender", "pd", "--episodes", "2", "--jobs", "1")
     places = ("--out", str(tmp_path / "league"), "--meetings", str(tmp_path / "kept"), "--html", str(tmp_path / "page"))
-    league = invoke("league", "rogue", *VENUE, *pair, *places)
-    assert league.exit_code == 0, league.output
+    succeeded("league", "rogue", *VENUE, *pair, *places)
     (board,) = content_of(tmp_path / "page" / "index.html")["boards"]
     (take,) = board["cells"][0][0]["takes"]
     assert (tmp_path / "page" / "episodes" / f"{take['key']}.js").is_file()
     assert board["value"] is not None
-    chapter = invoke("reproduce", "testbed", "--quick", "--jobs", "1", "--html", str(tmp_path / "ch"))
-    assert chapter.exit_code == 0, chapter.output
+    succeeded("reproduce", "testbed", "--quick", "--jobs", "1", "--html", str(tmp_path / "ch"))
     sheets = content_of(tmp_path / "ch" / "index.html")["sheets"]
     assert all(len(row) == len(sheet["headings"]) for sheet in sheets for row in sheet["rows"])
 

@@ -15,29 +15,21 @@ from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.seeds import training_seed
 
-torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
-from sb3_contrib import MaskablePPO  # noqa: E402
-from sb3_contrib.common.maskable.evaluation import evaluate_policy as evaluate_maskable  # noqa: E402
-from stable_baselines3 import PPO  # noqa: E402
-from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
-from stable_baselines3.common.vec_env import VecMonitor  # noqa: E402
+from sb3_contrib import MaskablePPO
+from sb3_contrib.common.maskable.evaluation import evaluate_policy as evaluate_maskable
+from stable_baselines3 import PPO
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.vec_env import VecMonitor
 
-from cps_agents.sb3 import BatchVecEnv, as_sb3  # noqa: E402
+from cps_agents.sb3 import BatchVecEnv, as_sb3
 
+pytestmark = pytest.mark.usefixtures("one_thread")
 ATTACK, DEFENSE = "cps_envs:cps_envs/DisbandingAttack-v0", "cps_envs:cps_envs/DisbandingDefense-v0"
 SMALL = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 10.0, "control_period_s": 0.5}
 FAST = {"n_epochs": 2, "batch_size": 256, "gamma": 0.99, "device": "cpu", "seed": 0}
-
-
-@pytest.fixture(autouse=True)
-def _one_thread() -> Any:
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 def envs(env_id: str, num_envs: int = 4, **kwargs: Any) -> BatchVecEnv:

@@ -14,29 +14,21 @@ from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.seeds import training_seed
 
-torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
-from sb3_contrib import MaskablePPO  # noqa: E402
-from stable_baselines3 import DQN, PPO, SAC  # noqa: E402
-from stable_baselines3.common.vec_env import VecMonitor  # noqa: E402
+from sb3_contrib import MaskablePPO
+from stable_baselines3 import DQN, PPO, SAC
+from stable_baselines3.common.vec_env import VecMonitor
 
-from cps_agents.sb3 import StickyPolicy, as_sb3, make, neutral_start  # noqa: E402
-from cps_envs.core.trust import vouched  # noqa: E402
+from cps_agents.sb3 import StickyPolicy, as_sb3, make, neutral_start
+from cps_envs.core.trust import vouched
 
+pytestmark = pytest.mark.usefixtures("one_thread")
 TOYS = "tests.core.toy:toys/"
 ATTACK, DEFENSE = f"{TOYS}ToyAttack-v0", f"{TOYS}ToyDefense-v0"
 TEAM = {"adapter": "axis", "recent_s": (2.0,), "frame_skip": 2}
 FAST: dict[str, Any] = {"n_steps": 16, "batch_size": 64, "n_epochs": 2, "device": "cpu", "seed": 0}
-
-
-@pytest.fixture(autouse=True)
-def _one_thread() -> Any:
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 def inner(envs: Any) -> Any:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -33,7 +32,7 @@ from cps_baselines.workers import Workers
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import ROLES, SIGN, Role
-from tests.agents import command_line
+from tests.agents.command_line import invoke, refusal, succeeded
 
 VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
 EVERY: dict[Role, list[str]] = {
@@ -208,21 +207,18 @@ def test_the_command_learns_is_interrupted_and_goes_on(tmp_path: Path, monkeypat
 
     monkeypatch.setattr(learner, "_counting", interrupting)
     base = (*ARMS, *TINY, "--out", str(tmp_path), "--meetings", str(tmp_path / "meetings"))
-    code, _, told = command_line.run(*base, "--iterations", "2")
-    assert (code, "Interrupted" in told) == (130, True)
+    stopped = invoke(*base, "--iterations", "2")
+    assert (stopped.exit_code, "Interrupted" in stopped.stderr) == (130, True)
     runs = [f"iteration-{k + 1}/{role}/shared-ppo/seed-{k}" for k in range(2) for role in ROLES]
     states = [json.loads((tmp_path / run / "run.json").read_text())["status"] for run in runs[:2]]
     assert states == ["finished", "interrupted"]
     assert not (tmp_path / "iteration-1" / "result.json").exists()
-    code, _, told = command_line.run(*base)
-    assert code == 2
-    assert "--resume" in told
-    code, printed, told = command_line.run(*base, "--iterations", "2", "--resume", "--json")
-    assert code == 0, told
-    found = json.loads(printed)
+    assert "--resume" in refusal(*base)
+    resumed = succeeded(*base, "--iterations", "2", "--resume", "--json")
+    found = json.loads(resumed.stdout)
     assert list(found["pool"]["attacker"]) == ["none", "response 1", "response 2"]
-    assert "Round 1: the attacker is paid 5" in told
-    assert "Round 2: the attacker is paid" in told
+    assert "Round 1: the attacker is paid 5" in resumed.stderr
+    assert "Round 2: the attacker is paid" in resumed.stderr
     first, second = (each["bounds"] for each in found["iterations"])
     assert first["attacker_gain"]["mean"] > 10  # 15 hits, found from reward alone
     assert first["defender_gain"]["mean"] > 4  # of 5 that idle dials are charged
@@ -231,14 +227,3 @@ def test_the_command_learns_is_interrupted_and_goes_on(tmp_path: Path, monkeypat
     assert [job.folder.relative_to(tmp_path.resolve()).as_posix() for job in jobs[2:]] == runs
     starts = [Path(job.recipe.start.removeprefix("zoo:")) for job in jobs[4:]]
     assert starts == [(tmp_path / run).resolve() for run in runs[:2]]  # it goes on with the network of before
-
-
-def test_what_is_wrong_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    base = ("self-play", "rogue", "--out", str(tmp_path), "--attacker", "none")
-    code, _, told = command_line.run(*base, "--set", "duration_s=3", "--defender", "pdd")
-    assert code == 2
-    assert "Did you mean 'pd'" in told
-    monkeypatch.setitem(sys.modules, "torch", None)
-    code, _, told = command_line.run(*base, "--set", "duration_s=3")
-    assert code == 2
-    assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")

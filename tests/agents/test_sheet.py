@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import io
 import re
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from cps_agents import progress
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet, csv_text, fit, parts, plain, styled
 from tests.agents.command_line import invoke
+from tests.processes import wait_until
 
 WIDTHS = (40, 60, 80)
 WORDS = st.text("ab1._", min_size=1, max_size=35)
@@ -32,19 +32,7 @@ COMMANDS = [
     ("zoo", "show", "disbanding-defense"),
     ("reproduce", "benchmark", "--list"),
     ("evaluate", "rogue", "attacker", "--attacker", "random", "--baseline", "none", "--episodes", "2", *ALONE),
-    (
-        "league",
-        "rogue",
-        "--attacker",
-        "random",
-        "--defender",
-        "pd",
-        "--defender",
-        "sliding",
-        "--episodes",
-        "2",
-        *ALONE,
-    ),
+    ("league", "rogue", "--attacker", "random", "--defender", "pd", "--defender", "sliding", "--episodes", "2", *ALONE),
     ("reproduce", "benchmark", "rogue", "--quick", "--table", "solid-1.3", "--attacker", "random", *ALONE),
     ("certify", "--preset", "paper", "--set", "horizon=12", "--task", "x4>1", *ALONE),
     ("reproduce", "ch2", "--table", "2.3fig", *ALONE),
@@ -203,11 +191,8 @@ def test_work_that_reports_nothing_is_not_silent(written: io.StringIO, monkeypat
     monkeypatch.setattr(progress, "SILENCE_S", 0.01)
     with Progress("search", 4) as shown:
         shown.update(1, "tracker")
-        deadline = time.monotonic() + 10
-        while written.getvalue().count("\n") < 3 and time.monotonic() < deadline:
-            time.sleep(0.01)
+        assert wait_until(lambda: written.getvalue().count("\n") >= 3)
     lines = written.getvalue().splitlines()
-    assert len(lines) >= 3
     assert all(line.startswith("search: 1/4 after") and line.endswith("tracker") for line in lines)
 
 

@@ -71,8 +71,7 @@ def little(monkeypatch: pytest.MonkeyPatch) -> list[Visit]:
 
 @pytest.mark.usefixtures("little")
 def test_the_command_reports_each_problem() -> None:
-    result = invoke("--problem", "rogue", "--problem", "testbed", "--json")
-    assert result.exit_code == 0, result.output
+    result = command_line.succeeded("warm", "--jobs", "1", "--problem", "rogue", "--problem", "testbed", "--json")
     found = json.loads(result.stdout)
     assert [each["problem"] for each in found["problems"]] == ["rogue", "testbed"]
     assert found["kept"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,12 @@ from cps_agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import PROBLEMS, find_problem
-from tests.agents.command_line import invoke
+from tests.agents.command_line import succeeded
 from tests.agents.trained import save_tiny
+from tests.episodes import play
+from tests.settings import tests_of as settings_of
 
-SHORT: dict[str, dict[str, Any]] = {
-    "disbanding": {"duration_s": 6.0},
-    "fdi": {},
-    "hvac": {"num_steps": 130, "window_steps": 100, "onset_step": 90},
-    "rogue": {"duration_s": 4.0},
-}
+SHORT = {name: dict(settings_of(name).short) for name in PROBLEMS}
 
 
 @pytest.mark.parametrize("role", ["attacker", "defender"])
@@ -52,27 +50,21 @@ def test_plays_a_team(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("deterministic", [True, False])
 def test_environments_equal_single_environments(deterministic: bool, tmp_path: Path) -> None:
     save_tiny(tmp_path / "tiny.json", "rogue", "defender", preset="easy", hold=3)
-    config = find_problem("rogue").config("easy", {"duration_s": 4.0})
     reference = f"zoo:{tmp_path / 'tiny.json'}?deterministic={str(deterministic).lower()}"
-    players: Any = {"defender": reference, "attacker": "square"}
-    together = play_episodes(find_problem("rogue"), config, players, range(4))
-    for seed in range(4):
-        alone = play_episodes(find_problem("rogue"), config, players, [seed])
-        assert alone["return"][0] == together["return"][seed]
+
+    def returns(seeds: Sequence[int]) -> list[float]:
+        return play(find_problem("rogue"), "square", reference, seeds, "easy", duration_s=4.0)["return"].tolist()
+
+    assert [returns([seed])[0] for seed in range(4)] == returns(range(4))
 
 
 def test_sampling_differs_from_the_mode_and_between_seeds(tmp_path: Path) -> None:
     save_tiny(tmp_path / "tiny.json", "rogue", "attacker")
-    config = find_problem("rogue").config("paper", {"duration_s": 4.0})
-    reference = f"zoo:{tmp_path / 'tiny.json'}"
-
-    def returns(name: str) -> list[float]:
-        players: Any = {"attacker": name, "defender": "pd"}
-        values: list[float] = play_episodes(find_problem("rogue"), config, players, [0, 1])["formation_charge"].tolist()
-        return values
-
-    config = find_problem("rogue").config("paper", {"duration_s": 4.0, "formation_weight_mps2": 0.5})
-    mode, drawn, other = (returns(reference + query) for query in ("", "?deterministic=false", "?seed=1"))
+    reference, charged = f"zoo:{tmp_path / 'tiny.json'}", {"duration_s": 4.0, "formation_weight_mps2": 0.5}
+    mode, drawn, other = (
+        play(find_problem("rogue"), reference + query, "pd", [0, 1], **charged)["formation_charge"].tolist()
+        for query in ("", "?deterministic=false", "?seed=1")
+    )
     assert mode[0] == mode[1]
     assert drawn[0] != drawn[1]
     assert mode != drawn
@@ -115,23 +107,6 @@ def test_says_what_does_not_fit(tmp_path: Path) -> None:
     save_tiny(card, "fdi", "attacker", observation_size=9999)
     with pytest.raises(ConfigurationError, match="and 9999 inputs"):
         problem.policy(f"zoo:{card}", game, "attacker")
-
-
-@pytest.mark.parametrize("damage", ["card", "weights", "cut", "missing"])
-def test_damaged_files_are_named(damage: str, tmp_path: Path) -> None:
-    card = tmp_path / "tiny.json"
-    save_tiny(card, "fdi", "attacker")
-    weights = card.with_suffix(".safetensors")
-    if damage == "card":
-        card.write_text('{"name": "tiny"}')
-    elif damage == "weights":
-        weights.write_bytes(b"nonsense")
-    elif damage == "cut":
-        weights.write_bytes(weights.read_bytes()[:-100])
-    else:
-        weights.unlink()
-    with pytest.raises((ValueError, OSError), match="tiny"):
-        load(card)
 
 
 def test_unknown_names_and_seeds(tmp_path: Path) -> None:
@@ -186,8 +161,7 @@ def test_commands(tmp_path: Path) -> None:
     save_tiny(tmp_path / "run" / "policy.json", "fdi", "attacker", seeds=1)
 
     def run(*arguments: str) -> str:
-        result = invoke("zoo", *arguments)
-        assert result.exit_code == 0, result.output
+        result = succeeded("zoo", *arguments)
         return str(result.stdout)
 
     folder = str(tmp_path / "own")
@@ -214,8 +188,7 @@ def test_shipped_policies_load(name: str) -> None:
 @pytest.mark.parametrize("name", shipped_names())
 def test_cards_are_readable(name: str, tmp_path: Path) -> None:
     path = tmp_path / "card.md"
-    result = invoke("zoo", "card", name, "--out", str(path))
-    assert result.exit_code == 0, result.output
+    succeeded("zoo", "card", name, "--out", str(path))
     text = path.read_text(encoding="utf-8")
     assert text.startswith("---\nlibrary_name: cps-envs\n")
     assert f"zoo:{name}" in text

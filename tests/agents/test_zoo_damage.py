@@ -8,7 +8,7 @@ import struct
 import sys
 import threading
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -22,7 +22,7 @@ from cps_agents.zoo.card import MOST_BYTES, SHIPPED, read_card
 from cps_agents.zoo.files import load, shipped_names
 from cps_agents.zoo.network import Network, network_of
 from cps_envs.core.types import Array
-from tests.agents.command_line import invoke
+from tests.agents.command_line import succeeded
 from tests.agents.trained import save_tiny
 
 Tensors: TypeAlias = dict[str, Array]
@@ -129,23 +129,26 @@ def test_weights_of_another_policy_are_refused(card: Path, tmp_path: Path) -> No
         load(card)
 
 
-def odd_files(card: Path) -> Iterator[Callable[[], object]]:
-    weights = card.with_suffix(".safetensors")
-    header = json.dumps({"0/columns": {"dtype": "I64", "shape": [2**40], "data_offsets": [0, 2**43]}}).encode()
-    yield lambda: card.write_text('{"a":' * 100_000)
-    yield lambda: card.write_text(f'{{"name": "{"a" * MOST_BYTES}"}}')
-    yield lambda: weights.write_bytes(struct.pack("<Q", 2**63) + weights.read_bytes()[8:])
-    yield lambda: weights.write_bytes(struct.pack("<Q", len(header)) + header + bytes(64))
-    yield lambda: (weights.unlink(), weights.mkdir())
-    yield lambda: (card.unlink(), os.mkfifo(card))
+HEADER = json.dumps({"0/columns": {"dtype": "I64", "shape": [2**40], "data_offsets": [0, 2**43]}}).encode()
+ODD: dict[str, Callable[[Path, Path], object]] = {  # card, weights
+    "deep": lambda card, _: card.write_text('{"a":' * 100_000),
+    "large": lambda card, _: card.write_text(f'{{"name": "{"a" * MOST_BYTES}"}}'),
+    "nearly empty": lambda card, _: card.write_text('{"name": "tiny"}'),
+    "endless header": lambda _, weights: weights.write_bytes(struct.pack("<Q", 2**63) + weights.read_bytes()[8:]),
+    "huge array": lambda _, weights: weights.write_bytes(struct.pack("<Q", len(HEADER)) + HEADER + bytes(64)),
+    "nonsense": lambda _, weights: weights.write_bytes(b"nonsense"),
+    "cut": lambda _, weights: weights.write_bytes(weights.read_bytes()[:-100]),
+    "gone": lambda _, weights: weights.unlink(),
+    "folder": lambda _, weights: (weights.unlink(), weights.mkdir()),
+    "pipe": lambda card, _: (card.unlink(), os.mkfifo(card)),
+}
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
-@pytest.mark.parametrize("place", range(6))
-def test_files_that_are_none_or_claim_too_much_are_refused(place: int, card: Path) -> None:
+@pytest.mark.parametrize("kind", [kind for kind in ODD if kind != "pipe" or hasattr(os, "mkfifo")])
+def test_files_that_are_none_or_claim_too_much_are_refused(kind: str, card: Path) -> None:
     document = {**json.loads(card.read_text()), "weights": ""}
     card.write_text(json.dumps(document))
-    list(odd_files(card))[place]()
+    ODD[kind](card, card.with_suffix(".safetensors"))
     with pytest.raises((ValueError, OSError), match="tiny"):
         load(card)
 
@@ -258,8 +261,7 @@ def test_a_card_cannot_write_to_the_terminal(command: str, tmp_path: Path) -> No
     texts = {"algorithm": "\x1b]0;owned\x07\x1b[2Jppo\x9b2J", "opponent": "[/] [link=x]y", "command": "a\u202eb\rc[/x]"}
     path.write_text(json.dumps({**content, **texts, "recipe": {"\x1bkey": "\x1b[31m"}}))
     arguments = ("list", "--folder", str(tmp_path)) if command == "list" else (command, str(path))
-    result = invoke("zoo", *arguments, columns=300)
-    assert result.exit_code == 0, result.output
+    result = succeeded("zoo", *arguments, columns=300)
     assert not any(unicodedata.category(letter) == "Cc" for letter in result.output.replace("\n", ""))
     assert "\u202e" not in result.output
     assert "[/] [link=x]y" in result.output

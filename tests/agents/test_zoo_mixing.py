@@ -8,28 +8,26 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 pytest.importorskip("scipy")
 
-from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.league.self_play_report import ship_mixtures
 from cps_agents.zoo.mixing import save_mixture
 from cps_agents.zoo.references import weights_of
 from cps_baselines.arena import Venue
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
+from tests.agents.command_line import succeeded
 from tests.agents.trained import save_tiny
+from tests.episodes import play
 
 SHORT = {"duration_s": 3.0}
 VENUE = Venue("rogue", "easy", SHORT)
 
 
 def returns(attacker: str, defender: str, seeds: range) -> Any:
-    players: Any = {"attacker": attacker, "defender": defender}
-    return play_episodes(find_problem("rogue"), VENUE.config, players, seeds)["return"]
+    return play(find_problem("rogue"), attacker, defender, seeds, "easy", **SHORT)["return"]
 
 
 def test_a_mixed_strategy_is_a_policy_with_its_parts(tmp_path: Path) -> None:
@@ -78,5 +76,4 @@ def test_final_strategies_of_self_play_are_shipped(tmp_path: Path) -> None:
     assert cards[1].evaluation["self-play"]["conceded, against all policies found"]["mean"] == 1.0
     places = [f"zoo:{tmp_path}/zoo/{card.name}.json" for card in cards]
     assert np.isfinite(returns(*places, range(2))).all()
-    result = CliRunner().invoke(app, ["zoo", "show", f"{tmp_path}/zoo/rogue-attack-mixture.json"])
-    assert "square" in result.output
+    assert "square" in succeeded("zoo", "show", f"{tmp_path}/zoo/rogue-attack-mixture.json").stdout

@@ -54,15 +54,18 @@ class Tank:
 
 
 @dataclass(frozen=True)
-class Filling:
-    """An experiment that fills a tank."""
+class Number:
+    """An experiment whose result is a number."""
 
-    level_m: float
+    value: float
     cost: float = 1.0
-    label: str = "filling"
+
+    @property
+    def label(self) -> str:
+        return f"{self.value:g}"
 
     def run(self) -> float:
-        return self.level_m
+        return self.value
 
 
 COLUMNS = (Column("", "name"), Column("level", "level_m", "{:.1f} m"), Column("both", lambda tank: (1, 2), "{}/{}"))
@@ -88,19 +91,19 @@ def chapter_of(*exhibits: Exhibit[Evidence]) -> Chapter[Evidence]:
         exhibits=exhibits,
         closing=lambda found: ["That is all."],
         document=Reproduction.data,
-        checks=lambda found: [Check("level", found.evidence[Filling(2.0)], Reference(2.0, Tolerance(0.05)))],
+        checks=lambda found: [Check("level", found.evidence[Number(2.0)], Reference(2.0, Tolerance(0.05)))],
     )
 
 
 def of_tanks(name: str, *, quick: bool = True, key: str = "") -> Exhibit[Evidence]:
     def tables(evidence: Evidence) -> list[ExhibitTable]:
-        tank = Tank(name, evidence[Filling(2.0)])
+        tank = Tank(name, evidence[Number(2.0)])
         return [
             ExhibitTable(name, COLUMNS, [tank], key=key, data=with_properties("full")),
             ExhibitTable("text", COLUMNS, [tank]),
         ]
 
-    return Exhibit(name, "tanks", lambda evidence: [Filling(2.0)], tables, quick=quick)
+    return Exhibit(name, "tanks", lambda evidence: [Number(2.0)], tables, quick=quick)
 
 
 def test_everything_follows_from_the_declaration() -> None:
@@ -134,7 +137,7 @@ def test_everything_follows_from_the_declaration() -> None:
 
 def test_what_left_the_reference_fails_unless_it_always_was_outside() -> None:
     chapter = chapter_of(of_tanks("first"))
-    results = {Filling(2.0): 2.2}
+    results = {Number(2.0): 2.2}
     assert not Reproduction(chapter, ("first",), Evidence(results)).passed
     stated = Reference(1.0, Tolerance(0.1, ABSOLUTE), recorded=2.2, reason="another pump")
     check = Check("level", 2.25, stated)

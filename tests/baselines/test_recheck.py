@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,23 +30,9 @@ from cps_paper.recheck import (
 from cps_paper.rogue.chapter import CONDITIONS, WORLDS, behind_claims
 from cps_paper.rogue.experiments import ClosedLoop, Ride, Waves, square_waves
 from cps_paper.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
+from tests.baselines.test_exhibit import Number
 
 CLAIM = Claim("X01", "1", "it is one", "1", "m")
-
-
-@dataclass(frozen=True)
-class Number:
-    """An experiment whose result is a number."""
-
-    value: float
-    cost: float = 1.0
-
-    @property
-    def label(self) -> str:
-        return f"{self.value:g}"
-
-    def run(self) -> float:
-        return self.value
 
 
 def larger(experiment: Any) -> Any:

@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from cps_baselines.workers import Workers
+from tests.processes import is_gone, wait_until
 
 FOREVER_S = 600.0
 
@@ -105,19 +106,7 @@ def test_no_process_outlives_one_that_is_killed(tmp_path: Path) -> None:
         assert [main.stdout.readline() for _ in range(2)] == ["working\n"] * 2
         main.kill()
         main.wait()
-        assert wait_until_gone(main.pid)
+        assert wait_until(lambda: is_gone(main.pid))
     finally:
         with suppress(ProcessLookupError):
             os.killpg(main.pid, signal.SIGKILL)
-
-
-def wait_until_gone(group: int) -> bool:
-    """Whether all processes of a group end soon."""
-    deadline = time.monotonic() + FOREVER_S / 10
-    while time.monotonic() < deadline:
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.1)
-    return False

@@ -14,15 +14,14 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.catalogue import describe_problem
-from cps_agents.cli import app
 from cps_envs import find_problem
 from cps_envs.core import lookup
 from cps_envs.core.conformance import CHECKS, Check, find_subject, run_check
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.problem import Problem
+from tests.agents.command_line import refusal, succeeded
 from tools.pages import environments
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -66,12 +65,11 @@ def test_the_command_line_plays_it(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     picture = tmp_path / "tank.png"
     pytest.importorskip("pygame")
     arguments = ["--trust", "play", "own_problem:TANK", "--set", "duration_s=20", "--json"]
-    result = CliRunner().invoke(app, [*arguments, "--attacker", "own_problem:Bias?rise_s=9", "--render", str(picture)])
-    assert result.exit_code == 0, result.output
+    result = succeeded(*arguments, "--attacker", "own_problem:Bias?rise_s=9", "--render", str(picture))
     assert "error_ms" in json.dumps(json.loads(result.stdout))
     assert picture.stat().st_size > 0
-    assert "Told:" not in CliRunner().invoke(app, ["list", "own_problem:TANK"]).output  # nobody is
-    plain = CliRunner().invoke(app, ["play", "own_problem:TANK", "--set", "duration_s=20"]).output
+    assert "Told:" not in succeeded("list", "own_problem:TANK").output  # nobody is
+    plain = succeeded("play", "own_problem:TANK", "--set", "duration_s=20").output
     assert "paid, in m s: error_ms + flood_fee_ms" in " ".join(plain.split())
 
 
@@ -83,9 +81,7 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setenv("CPS_ENVS_MEETINGS", str(tmp_path / "meetings"))
 
     def command(words: str) -> str:
-        result = CliRunner().invoke(app, [*words.split(), "--jobs", "1"])
-        assert result.exit_code == 0, result.output
-        return " ".join(result.output.split())
+        return " ".join(succeeded(*words.split(), "--jobs", "1").output.split())
 
     tiny = "--knob num_envs=4 --knob steps_per_update=32 --knob evaluation_episodes=2 --seeds 1 --steps 128"
     command(f"train own_problem:own_problem/TankAttack-v0 {tiny}")
@@ -110,8 +106,7 @@ def test_all_stands_for_everybody_who_can_play_and_what_is_broken_is_told(
     monkeypatch.chdir(tmp_path)
     few = "--set duration_s=20 --episodes 1 --jobs 1 --json"
     words = f"evaluate own_problem:TANK defender --attacker all --defender all {few}"
-    result = CliRunner().invoke(app, words.split())
-    assert result.exit_code == 0, result.output
+    result = succeeded(*words.split())
     met = [(each["opponent"], each["policy"]) for each in json.loads(result.stdout)["standings"]]
     attackers, defenders = (["none", "random", f"own_problem:{own}"] for own in ("Bias", "Doubt"))
     assert met == [(attacker, defender) for attacker in attackers for defender in defenders]
@@ -130,9 +125,7 @@ def test_all_stands_for_everybody_who_can_play_and_what_is_broken_is_told(
 )
 def test_a_refusal_says_what_to_do(words: str, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(app, words.split())
-    assert result.exit_code == 2
-    assert advice in " ".join(result.stderr.split())
+    assert advice in refusal(*words.split())
 
 
 def test_the_documents_describe_it(tank: Problem) -> None:

@@ -15,7 +15,7 @@ from cps_agents.datasets import name_of, write_dataset
 from cps_agents.errors import CommandError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
-from tests.agents.command_line import invoke
+from tests.agents.command_line import succeeded
 
 minari = pytest.importorskip("minari")
 pytest.importorskip("h5py")
@@ -132,16 +132,14 @@ def test_names_tell_settings_apart() -> None:
 
 def test_command() -> None:
     words = ["dataset", "fdi", "--role", "attacker", "--attacker", "oracle", "--preset", "paper", "--episodes", "2"]
-    result = invoke(*words, "--json")
-    assert result.exit_code == 0
+    result = succeeded(*words, "--json")
     document = json.loads(result.stdout)
     assert document["steps"] == minari.load_dataset(document["id"]).total_steps == 40
     assert "/paper/attacker-oracle-" in document["id"]
 
 
 def test_the_default_is_preset_learning() -> None:
-    result = invoke("dataset", "rogue", "--role", "defender", "--set", "duration_s=3", "--episodes", "2", "--json")
-    assert result.exit_code == 0
+    result = succeeded("dataset", "rogue", "--role", "defender", "--set", "duration_s=3", "--episodes", "2", "--json")
     document = json.loads(result.stdout)
     assert document["preset"] == "learning"
     assert document["id"].startswith("cps_envs/rogue/learning/defender-mixture-monitor-")

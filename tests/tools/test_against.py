@@ -51,8 +51,7 @@ def told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[Told]:
 
 
 def test_rows_are_measured_in_turns_and_the_best_of_each_side_counts(told: type[Told]) -> None:
-    result = command_line.invoke(CHECKOUT, "--rounds", "2", program=PROGRAM)
-    assert result.exit_code == 0, result.output
+    result = command_line.succeeded(CHECKOUT, "--rounds", "2", program=PROGRAM)
     assert told.turns[2:6] == ["before", "now", "now", "before"]
     assert told.turns[-2:] == ["before ends", "now ends"]
     sizes_row, threads_row = (line.split() for line in result.stdout.splitlines() if "rogue" in line)
@@ -63,8 +62,7 @@ def test_rows_are_measured_in_turns_and_the_best_of_each_side_counts(told: type[
 
 @pytest.mark.usefixtures("told")
 def test_what_is_published_is_a_column_of_the_bench(monkeypatch: pytest.MonkeyPatch) -> None:
-    result = command_line.invoke(CHECKOUT, "--rounds", "2", "--publish", program=PROGRAM)
-    assert result.exit_code == 0, result.output
+    command_line.succeeded(CHECKOUT, "--rounds", "2", "--publish", program=PROGRAM)
     found = before.published()
     assert found["rows"]["sizes: rogue 5 vehicles"] == {"before": 8.0, "now": 4.0}
     assert len(found["commit"]) >= 8

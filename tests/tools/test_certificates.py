@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
-from typer.testing import CliRunner
 
 from cps_baselines.fdi.highs import Program
 from cps_baselines.fdi.lifted import Rows
@@ -21,6 +20,7 @@ from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.fdi.config import CLIP, A, FdiConfig
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, from_text, known
 from cps_envs.fdi.task import parse_task
+from tests.agents.command_line import succeeded
 from tools.command import program as as_program
 from tools.fdi.annealing import anneal
 from tools.fdi.certify import certify
@@ -123,8 +123,7 @@ def test_a_file_is_improved_and_gone_on_with(tmp_path: Path) -> None:
     task = parse_task("xv4>4", 4)
 
     def improved(*limits: str) -> Any:
-        result = CliRunner().invoke(as_program(certify), [str(path), *short, *limits])
-        assert result.exit_code == 0, result.output
+        succeeded(str(path), *short, *limits, program=as_program(certify))
         return from_text(path.read_text())[1][task]
 
     found = improved("--time-limit", "0", "--anneal", "1000", "--exhaust", "0")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cps_agents.arena.statistics import Estimate
-from tests.agents.command_line import invoke
+from tests.agents.command_line import refusal, succeeded
 from tools.command import program
 from tools.coverage.__main__ import coverage
 from tools.coverage.cases import Case, Outcome, all_cases
@@ -63,18 +63,14 @@ def test_the_command_writes_and_refuses(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr("tools.coverage.__main__.all_cases", lambda: few)
     monkeypatch.chdir(tmp_path)
     command, tool = ["--jobs", "1", "--out", "out"], program(coverage)
-    result = invoke(*command, "--quick", program=tool)
-    assert result.exit_code == 0, result.output
+    result = succeeded(*command, "--quick", program=tool)
     assert "a title: a note." in result.stdout
     assert all(text in result.stdout for text in ("holds the truth", "length", "2.000"))
     assert "no results" in result.stderr
     for wrong, message in ((["--quick", "--publish"], "leave out --publish"), (["--publish"], "no folder docs")):
-        refused = invoke(*command, *wrong, program=tool)
-        assert refused.exit_code == 2
-        assert message in " ".join(refused.stderr.split())
+        assert message in refusal(*command, *wrong, program=tool)
     (tmp_path / "docs").mkdir()
-    result = invoke(*command, "--publish", "--json", program=tool)
-    assert result.exit_code == 0, result.output
+    result = succeeded(*command, "--publish", "--json", program=tool)
     (case,) = json.loads(result.stdout)["cases"]
     assert case["share"] == case["held"] / case["repetitions"]
     page = (tmp_path / "docs" / "coverage.md").read_text(encoding="utf-8")

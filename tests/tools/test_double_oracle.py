@@ -12,7 +12,7 @@ import pytest
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.rogue.problem import ROGUE
-from tests.agents.command_line import invoke
+from tests.agents.command_line import refusal, succeeded
 from tools.command import program
 from tools.double_oracle.__main__ import double_oracle
 from tools.double_oracle.fixed_game import ASSIGNED, DEFENDERS, DETECTING, FixedGame
@@ -132,13 +132,11 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(FixedGame, "respond", respond)
     target = tmp_path / "game.json"
     arguments, tool = ["--ratio", "1.3", "--out", str(target)], program(double_oracle)
-    first = invoke(*arguments, "--rounds", "1", program=tool)
-    assert first.exit_code == 0, first.output
+    first = succeeded(*arguments, "--rounds", "1", program=tool)
     assert "The defender plays" in first.stdout
     assert "Value in 8 fresh worlds" in first.stdout
     rows = json.loads(target.read_text())["games"][0]["rows"]
-    second = invoke(*arguments, "--rounds", "2", "--json", program=tool)
-    assert second.exit_code == 0, second.output
+    second = succeeded(*arguments, "--rounds", "2", "--json", program=tool)
     (found,) = json.loads(second.stdout)
     assert len(found["rounds"]) == 2
     assert found["value"]["low"] <= found["value_of_means"] <= found["value"]["high"]
@@ -147,6 +145,4 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     whole["games"][0]["rows"][0]["paid"][1] = float("nan")
     for document, reason in (({}, "the entry games is missing"), (whole, "NaN is no number of JSON")):
         target.write_text(json.dumps(document))
-        refused = invoke(*arguments, program=tool)
-        assert refused.exit_code == 2
-        assert f"is no file of a double oracle ({reason}). Choose another --out" in " ".join(refused.stderr.split())
+        assert f"is no file of a double oracle ({reason}). Choose another --out" in refusal(*arguments, program=tool)

@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,11 +13,11 @@ from threading import Barrier, Event, Thread, main_thread
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.errors import CommandError
 from cps_envs.core.errors import ConfigurationError
-from tests.agents.command_line import refusal
+from tests.agents.command_line import refusal, succeeded
+from tests.processes import wait_until
 from tests.tools.broken_parts import PART as TOYS
 from tools.command import program
 from tools.reliability import chunk as chunk_module
@@ -239,10 +238,7 @@ def test_no_piece_outlives_a_command_that_is_killed() -> None:
     child = int(started.stdout.readline())
     started.kill()
     started.wait()
-    deadline = time.monotonic() + 60
-    while Path(f"/proc/{child}").exists() and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert not Path(f"/proc/{child}").exists()
+    assert wait_until(lambda: not Path(f"/proc/{child}").exists())
 
 
 def test_words_about_code_void_no_result(tmp_path: Path) -> None:
@@ -291,16 +287,11 @@ def test_rows_that_were_not_done_again_stay_with_the_run_they_are_of(tmp_path: P
 
 
 def test_the_command_refuses_unknown_parts_and_reports_without_work(tmp_path: Path) -> None:
-    wrong = CliRunner().invoke(program(reliability), ["fuz"])
-    assert wrong.exit_code == 2
-    assert "fuzz" in wrong.output
-    wrong = CliRunner().invoke(program(reliability), ["faults", "--row", "leage"])
-    assert wrong.exit_code == 2
-    assert "league" in wrong.output
-    one = CliRunner().invoke(program(reliability), ["--row", "league", "--minutes", "0", "--out", str(tmp_path / "1")])
-    assert "0 of 3 pieces" in one.stdout, one.output
-    empty = CliRunner().invoke(program(reliability), ["--minutes", "0", "--out", str(tmp_path), "--json"])
-    assert empty.exit_code == 0, empty.output
+    tool, idle = program(reliability), ("--minutes", "0", "--out", str(tmp_path))
+    assert "fuzz" in refusal("fuz", program=tool)
+    assert "league" in refusal("faults", "--row", "leage", program=tool)
+    assert "0 of 3 pieces" in succeeded("--row", "league", *idle, program=tool).stdout
+    assert json.loads(succeeded(*idle, "--json", program=tool).stdout)
 
 
 def test_every_part_has_pieces_of_its_own() -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 from safetensors.numpy import load, save
-from typer.testing import CliRunner
 
 from cps_agents.commands.self_play import _unmixable
 from cps_agents.errors import CommandError
@@ -18,6 +17,7 @@ from cps_agents.zoo.card import SHIPPED
 from cps_agents.zoo.files import read_pair, shipped_names
 from cps_baselines.arena import Venue
 from cps_envs import PROBLEMS
+from tests.agents.command_line import succeeded
 from tests.agents.trained import save_tiny
 from tests.test_pages import parse
 from tools.command import program
@@ -78,11 +78,10 @@ def test_the_commands_are_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_the_plan_is_printed_with_its_cost() -> None:
-    result = CliRunner().invoke(program(remake), ["--dry-run"], env={"COLUMNS": "200"})
-    assert result.exit_code == 0, result.output
-    assert "CPU minutes in all" in result.output
-    assert "self-play hvac" in result.output
-    found = json.loads(CliRunner().invoke(program(remake), ["--dry-run", "--json"]).stdout)
+    printed = succeeded("--dry-run", columns=200, program=program(remake)).output
+    assert "CPU minutes in all" in printed
+    assert "self-play hvac" in printed
+    found = json.loads(succeeded("--dry-run", "--json", program=program(remake)).stdout)
     assert [step["command"] for step in found] == [step.command for step in steps()]
 
 

@@ -17,7 +17,7 @@ from cps_baselines.searched import searched
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.problem import ROGUE
-from tests.agents.command_line import invoke
+from tests.agents.command_line import invoke, succeeded
 from tools.command import program
 from tools.recipes.rogue import EXPLOITERS
 from tools.rogue import judging, rounds, span
@@ -103,8 +103,7 @@ def test_numbers_are_searched_that_let_attacks_do_less(monkeypatch: pytest.Monke
 def test_rounds_print_what_they_gained_and_keep_it(tmp_path: Path) -> None:
     path = tmp_path / "found.json"
     short = ("--rounds", "1", "--generations", "3", "--attacks", "3", "--out", str(path))
-    result = invoke(*short, program=program(rounds.rounds))
-    assert result.exit_code == 0, result.output
+    result = succeeded(*short, program=program(rounds.rounds))
     assert "worst attack, ratio 1.15" in result.stdout
     kept = json.loads(path.read_text(encoding="utf-8"))
     assert list(kept["numbers"]) == list(BOXING_IN.names)
@@ -178,8 +177,7 @@ def test_the_span_of_both_forms_is_compared(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(span, "blind", lambda config: ["always?action=1"])
     told = {"mode": ["monitor"], "either": ["monitor", "escort"]}
     monkeypatch.setattr(span, "known", lambda config: told[config.defense_action])
-    result = invoke("--episodes", "16", columns=120, program=program(span.span))
-    assert result.exit_code == 0, result.output
+    result = succeeded("--episodes", "16", columns=120, program=program(span.span))
     laws, both = (line.split() for line in result.stdout.splitlines() if line.startswith("laws"))
     assert [*map(float, laws[1:3])] == pytest.approx([10.0, 5.0], abs=0.2)
     assert [*map(float, both[3:5])] == pytest.approx([9.0, 1.0], abs=0.2)
