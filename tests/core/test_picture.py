@@ -25,11 +25,7 @@ pytest.importorskip("pygame")
 
 INK = (20, 40, 60)
 PAPER = (60, 40)
-pytest.importorskip("pygame")
-
 PLOT = Plot((10.0, 10.0, 80.0, 40.0), -5.0, 15.0)
-pytest.importorskip("pygame")
-
 RED, BLUE = (200, 30, 40), (40, 60, 200)
 SIZE, AT = (40, 16), (10.0, 12.0)
 

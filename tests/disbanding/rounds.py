@@ -1,4 +1,4 @@
-"""Episodes of preset `learning`, for tests."""
+"""Games of disbanding and how the tests move them, and episodes of preset `learning`."""
 
 from __future__ import annotations
 
@@ -8,11 +8,22 @@ import numpy as np
 from gymnasium.utils import seeding
 
 from cps_envs.core.match import Match
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING, LEARNING_ATTACKERS
 
 FIRST = 500_000  # seed of the first episode
+
+
+def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, num_steps: int = 10) -> Array:
+    actions = {"attacker": np.full(game.num_envs, attack)}
+    if correction is not None:
+        actions["defender"] = correction
+    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
+
+
+def seen(game: DisbandingGame, role: Role) -> dict[str, Array]:
+    return game.fields[role].decode(game.observe(role))
 
 
 def game_of(count: int, preset: str = "learning", **overrides: Any) -> DisbandingGame:

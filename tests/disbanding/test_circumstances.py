@@ -8,20 +8,13 @@ import numpy as np
 import pytest
 
 from cps_envs.core.kernels import view
-from cps_envs.core.types import Array
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.start import nominal_constants, place, undisturbed, whole_steps
 from tests import episodes
+from tests.disbanding.rounds import go
 
 started = partial(episodes.started, DISBANDING, preset="learning")
-
-
-def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, num_steps: int = 10) -> Array:
-    actions = {"attacker": np.full(game.num_envs, attack)}
-    if correction is not None:
-        actions["defender"] = correction
-    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
 def test_new_draws_shift_no_old_one() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,15 +15,15 @@ from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import records, view
 from cps_envs.core.team import grouped
-from cps_envs.core.types import Array, Role
 from cps_envs.disbanding.config import EASY, PAPER
 from cps_envs.disbanding.fields import vehicle_fields
-from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.payoff import Metrics, charge, measured
 from cps_envs.disbanding.problem import DISBANDING
+from tests import episodes
+from tests.disbanding.rounds import go, seen
 from tests.episodes import play
 
-SHORT = {"duration_s": 20.0, "num_platoons": 4}
+started = partial(episodes.started, DISBANDING, duration_s=20.0, num_platoons=4)
 
 
 def test_paper_is_table_2_1_and_deterministic() -> None:
@@ -46,23 +46,6 @@ def test_learning_draws_what_the_specification_says() -> None:
 def test_multiples(part: float, count: int) -> None:
     assert is_multiple(part * count, part)
     assert not is_multiple(part * (count + 0.5), part)
-
-
-def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> DisbandingGame:
-    game = DisbandingGame(DISBANDING.config(preset, SHORT | overrides), len(seeds))
-    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
-    return game
-
-
-def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, num_steps: int = 10) -> Array:
-    actions = {"attacker": np.full(game.num_envs, attack)}
-    if correction is not None:
-        actions["defender"] = correction
-    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
-
-
-def seen(game: DisbandingGame, role: Role) -> dict[str, Array]:
-    return game.fields[role].decode(game.observe(role))
 
 
 def test_nothing_is_legal_before_the_first_second() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,21 +13,15 @@ from cps_envs.core.types import Array
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
+from tests import episodes
+from tests.disbanding.rounds import go
 
 PLATOONS, SIZE, ATTACK_S = 4, 10, 1.0
 EXACT = {"num_platoons": PLATOONS, "duration_s": 30.0, "warning": "relayed", "correctable": "intact"}
 JAM = PLATOONS - 1  # + i: the action that blocks the link behind platoon i
 
 
-def started(num_envs: int = 1, **overrides: Any) -> DisbandingGame:
-    game = DisbandingGame(DISBANDING.config("paper", EXACT | overrides), num_envs)
-    game.reset(np.ones(num_envs, bool), [np.random.default_rng(seed) for seed in range(num_envs)])
-    return game
-
-
-def go(game: DisbandingGame, attack: int = 0, num_steps: int = 10) -> None:
-    every = np.ones(game.num_envs, bool)
-    game.advance({"attacker": np.full(game.num_envs, attack)}, every, num_steps)
+started = partial(episodes.started, DISBANDING, **EXACT)
 
 
 def warning_times(game: DisbandingGame, attacks: dict[float, int], seconds: int) -> Array:
@@ -72,7 +66,7 @@ def test_a_record_is_the_state_of_the_disbanded_vehicle_when_it_was_taken() -> N
 
 @pytest.mark.parametrize("loss", [0.1, 0.3])
 def test_a_lost_message_is_sent_again_after_a_hop(loss: float) -> None:
-    times = warning_times(started(60, hop_loss=loss), {ATTACK_S: 4}, 12)
+    times = warning_times(started(range(60), hop_loss=loss), {ATTACK_S: 4}, 12)
     hops = (times[:, 10:] - ATTACK_S) / 0.1
     assert np.isfinite(hops).all()
     assert (np.diff(hops, axis=1) > 0.5).all()  # never two links at a time
