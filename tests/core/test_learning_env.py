@@ -13,6 +13,7 @@ import cps_envs
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.seeds import TRAINING_START, training_seed
+from cps_envs.core.types import Role
 from cps_envs.rogue.problem import ROGUE
 from tests.core.toy import TOY, ToyAttackVectorEnv, ToyDefenseVectorEnv
 
@@ -182,13 +183,14 @@ def test_roles_are_found_by_short_names_and_ids() -> None:
 
 
 def test_learners_meet_whom_their_settings_name_in_preset_learning_alone() -> None:
-    usual = ROGUE.opponents
-    told = ROGUE.training["defender"].opponent
-    assert LearningVectorEnv(ROGUE, "defender", 8).opponent == told != usual["learning"]["attacker"]
-    assert LearningVectorEnv(ROGUE, "defender", 8, opponent="square").opponent == "square"
-    easy = LearningVectorEnv(ROGUE, "defender", 8, preset="easy", adapter="vehicle")
-    assert easy.opponent == usual["easy"]["attacker"]
-    assert LearningVectorEnv(ROGUE, "attacker", 8).opponent == usual["learning"]["defender"]
+    def opponent(role: Role, **options: Any) -> Any:
+        return LearningVectorEnv(ROGUE, role, 1, scaling=((), ()), **options).opponent
+
+    usual, told = ROGUE.opponents, ROGUE.training["defender"].opponent
+    assert opponent("defender") == told != usual["learning"]["attacker"]
+    assert opponent("defender", opponent="square") == "square"
+    assert opponent("defender", preset="easy", adapter="vehicle") == usual["easy"]["attacker"]
+    assert opponent("attacker") == usual["learning"]["defender"]
 
 
 def test_the_native_adapter_shows_what_the_role_sees() -> None:
