@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from cps_agents.arena.statistics import _factors, _stretch, difference, estimate, interquartile_mean, mean
+from cps_agents.arena.statistics import Estimate, _factors, _stretch, difference, estimate, interquartile_mean, mean
 
 NUMBERS = st.floats(-1e3, 1e3).map(lambda value: round(value, 3))
 SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 8))
@@ -98,6 +98,11 @@ def test_one_factor_alone_gives_student_s_interval() -> None:
     found = estimate([values], resamples=20_000)
     half = stats.t.ppf(0.975, 39) * values.std(ddof=1) / np.sqrt(40)
     assert found.high - found.low == pytest.approx(2 * half, rel=0.05)
+
+
+def test_an_estimate_is_written_with_its_interval_where_there_is_one() -> None:
+    assert f"{Estimate(1.0, 0.52, 1.5, 5, 9):.1f}" == "1.0 (0.5 to 1.5)"
+    assert f"{Estimate(1.0, None, None, 1, 1):.1f}" == "1.0"
 
 
 def test_strata_count_equally_and_share_the_training_seeds() -> None:
