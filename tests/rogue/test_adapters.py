@@ -28,7 +28,7 @@ def rows(game: Any, adapter: Adapter) -> Array:
 
 def test_nine_of_ten_columns_vary_for_an_untrained_attacker() -> None:
     """Its neutral episodes show next to nothing but noise."""
-    envs, generator = learning_env("RogueAttack"), np.random.default_rng(0)
+    envs, generator = learning_env("RogueAttack", scaling=((), ())), np.random.default_rng(0)
     inputs, found = envs.reset()[0], []
     for _ in range(300):
         last = inputs[:, envs.wired.columns.scaled :]
