@@ -215,3 +215,24 @@ def test_the_stretch_weighs_seeds_and_the_episodes_of_each_stratum() -> None:
     degrees = parts.sum() ** 2 / (parts**2 / (counts - 1)).sum()
     length = np.sqrt(parts.sum() / (parts * (counts - 1) / counts).sum())
     assert _stretch([strata], 0.95) == pytest.approx(length * stats.t.ppf(0.975, degrees) / stats.norm.ppf(0.975))
+
+
+@pytest.mark.parametrize(("learned", "baseline"), [((1, 2), (1, 2)), ((2, 1), (1, 1)), ((1, 1), (2, 1))])
+def test_two_of_anything_make_an_interval(learned: Any, baseline: Any) -> None:
+    scores = np.random.default_rng(0)
+    found = difference([scores.normal(size=learned)], [scores.normal(size=baseline)], **FEW)
+    assert found.low < found.mean < found.high
+
+
+def test_the_episodes_that_both_played_count_also_if_they_are_two() -> None:
+    scores = np.arange(5.0)[np.newaxis]
+    found = difference([scores[:, :2]], [scores**2], **FEW)
+    assert (found.mean, found.episodes) == (0.0, 2)
+
+
+def test_both_ends_lie_where_those_of_a_normal_mean_do() -> None:
+    scores = np.random.default_rng(0).normal(size=(1, 400))
+    found = estimate([scores], resamples=20_000)
+    half = stats.t.ppf(0.975, 399) * scores.std(ddof=1) / 20.0
+    assert found.mean - found.low == pytest.approx(half, rel=0.03)
+    assert found.high - found.mean == pytest.approx(half, rel=0.03)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from cps_envs.core.errors import require
 from cps_envs.core.types import BoolArray, FloatArray
 
 FEASIBLE = 1e-8  # violation of a row, or of a whole number, that the solver may leave
+THREAD_ENDS_S = 0.5  # a process that ends sooner after a cancelled solve aborts: the solver's thread still cleans up
 OPTIMAL, INFEASIBLE, TIME_LIMIT = "optimal", "infeasible", "time limit"
 
 
@@ -128,11 +130,12 @@ def _run(solver: Any) -> None:
         solver.run()
         return
     solver.HandleUserInterrupt = True
-    working = solver.startSolve()
     try:
+        working = solver.startSolve()
         while working.is_alive():
             working.join(0.1)
     except KeyboardInterrupt:
         solver.cancelSolve()
-        working.join()
+        solver.wait()
+        time.sleep(THREAD_ENDS_S)
         raise
