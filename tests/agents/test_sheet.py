@@ -37,7 +37,6 @@ COMMANDS = [
     ("certify", "--preset", "paper", "--set", "horizon=12", "--task", "x4>1", *ALONE),
     ("reproduce", "ch2", "--table", "2.3fig", *ALONE),
     pytest.param(("reproduce", "testbed", *ALONE), marks=pytest.mark.slow),
-    pytest.param(("coverage", "--quick"), marks=pytest.mark.slow),
 ]
 
 
