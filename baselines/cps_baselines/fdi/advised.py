@@ -21,7 +21,7 @@ class Margins(Lying):
     """
 
     def __init__(self, spec: RoleSpec) -> None:
-        super().__init__(spec, ())
+        super().__init__(spec)
         self._tracker = task_tracker(spec)
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.neutral_action = np.zeros(2, np.float32)

@@ -51,7 +51,7 @@ class Lying(Adapter):
         ConfigurationError: there is no filter, or actions are shares of what is legal.
     """
 
-    def __init__(self, spec: RoleSpec, levels: tuple[float, ...]) -> None:
+    def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         config: FdiConfig = spec.config
         if config.estimator != "kalman" or config.attack_action != "level":
@@ -60,7 +60,7 @@ class Lying(Adapter):
                 f'"level", as in preset "learning", not {config.estimator!r} and {config.attack_action!r}'
             )
         n, readings = config.num_vehicles, config.num_readings
-        self.agents, self.fields, self.levels = (spec.role,), gap_fields(config), np.array(levels)
+        self.agents, self.fields = (spec.role,), gap_fields(config)
         marks = config.fixed_task.sensors.flags(n, rear=True)
         self.sensors: IntArray = np.arange(readings) if is_drawn(config) else np.flatnonzero(marks)  # (S,)
         self.ranges: BoolArray = self.sensors < readings // 2
@@ -95,11 +95,6 @@ class Lying(Adapter):
         soon: BoolArray = seen["wait"] * self.spec.config.dt_s <= SOON_S + 1e-6
         return soon
 
-    def works(self, seen: Seen) -> BoolArray:
-        """Whether injections of now work, (B,)."""
-        found: BoolArray = seen["wait"][:, 0] < 0.5
-        return found
-
     def attacked(self, seen: Seen) -> BoolArray:
         """The slots (B, S) of sensors under attack, also while that does not work."""
         return seen["attacked"] > 0.5 if "attacked" in seen else np.ones((len(seen), len(self.sensors)), np.bool_)
@@ -109,11 +104,6 @@ class Lying(Adapter):
         injected, attacked = seen["injection"] * self.bounds * self.resolution, self.attacked(seen)
         kinds = (self.ranges, ~self.ranges)
         return np.stack([injected[:, k].sum(1) / np.maximum(attacked[:, k].sum(1), 1) for k in kinds], axis=1)
-
-    def say(self, levels: FloatArray) -> IntArray:
-        """The role's actions (B, S) that inject whole levels (B, S), as far as their bounds allow."""
-        actions: IntArray = np.clip(levels, -self.bounds, self.bounds).astype(np.int64) + self.bounds
-        return actions
 
 
 def gap_fields(config: FdiConfig) -> Fields:

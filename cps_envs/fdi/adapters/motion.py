@@ -23,7 +23,8 @@ class Motion(Lying):
     """
 
     def __init__(self, spec: RoleSpec) -> None:
-        super().__init__(spec, LEVELS_MPS2)
+        super().__init__(spec)
+        self._levels: FloatArray = np.array(LEVELS_MPS2)
         self.action_space = spaces.Discrete(len(LEVELS_MPS2))
         self.neutral_action = np.array(LEVELS_MPS2.index(0.0))
 
@@ -37,7 +38,7 @@ class Motion(Lying):
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The levels nearest to the lies, one step on."""
-        return self.tell(seen, state, self.levels[actions[:, 0]])
+        return self.tell(seen, state, self._levels[actions[:, 0]])
 
     def tell(self, seen: Seen, state: State, acceleration_mps2: FloatArray) -> tuple[Array, State]:
         """The role's actions (B, S), and the next state, of lies that accelerate by so much, (B,)."""
