@@ -289,3 +289,11 @@ def test_interpretations_decide_the_crash_flags(everything: Reproduction[Disband
     documents = everything.document()["interpretations"]
     verdicts = {name: tuple(row["verdict"] for row in document["claims"]) for name, document in documents.items()}
     assert verdicts == {"S0": (NEAR, PARTLY), "S1": (REPRODUCED, NEAR), "S2": (NEAR, REPRODUCED)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("controller", ["heuristic", "mpc"])
+def test_a_policy_at_every_step_does_not_take_the_place_of_the_closed_loop(controller: str) -> None:
+    built_in = Scenario(((10, 1.0),), controller=controller).run()
+    played = PlayedScenario(controller, overrides=(("control_period_s", 0.01),)).run()
+    assert abs(played["velocity_error_intact"] - built_in.velocity_error_intact) > 0.05

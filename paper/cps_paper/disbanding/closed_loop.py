@@ -1,8 +1,7 @@
 """The paper's mitigations built into the closed loop, as its tables are computed: section 2.6 with step 2 in full.
 
-The policies `heuristic` and `mpc` that act at every step of 0.01 s give other numbers: in the six cells of Table 2.2
-E_v differs by 0.09 to 0.31 points, because a policy sees float32 and answers for all vehicles at once. They also take
-65 to 120 times as long.
+The policies `heuristic` and `mpc` cannot take its place. Even if they act at every step of 0.01 s, E_v differs by more
+than 0.05 points in a cell of Table 2.2, as a slow test in tests/disbanding/test_reproduction.py shows.
 """
 
 from __future__ import annotations
