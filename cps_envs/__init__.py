@@ -6,7 +6,7 @@ anywhere.
 
 from importlib.metadata import PackageNotFoundError, version
 
-from cps_envs.core.trust import trust
+from cps_envs.core.policies.trust import trust
 from cps_envs.registration import PROBLEMS, find_problem, learning_env, register
 
 try:

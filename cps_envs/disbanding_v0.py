@@ -1,6 +1,6 @@
 """The disbanding problem through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.core.forms import declare
+from cps_envs.core.interfaces.forms import declare
 from cps_envs.disbanding.pages import ATTACK, DEFENSE, RHYTHM, STORY, SWARM, THREATS
 from cps_envs.disbanding.problem import DISBANDING
 

@@ -1,6 +1,6 @@
 """False data injection through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.core.forms import declare
+from cps_envs.core.interfaces.forms import declare
 from cps_envs.fdi.pages import ATTACK, DEFENSE, RHYTHM, STORY, SWARM, THREATS
 from cps_envs.fdi.problem import FDI
 

@@ -1,6 +1,6 @@
 """The HVAC problem through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.core.forms import declare
+from cps_envs.core.interfaces.forms import declare
 from cps_envs.hvac.pages import ATTACK, DEFENSE, RHYTHM, STORY, SWARM, THREATS
 from cps_envs.hvac.problem import HVAC
 

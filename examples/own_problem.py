@@ -21,18 +21,18 @@ from gymnasium import spaces
 
 import cps_envs
 from cps_baselines.searches import Searches, SearchSpace
-from cps_envs.core.config import Range, bounds, quantity, validate
-from cps_envs.core.fields import Field, Fields, encode_row
-from cps_envs.core.forms import declare
-from cps_envs.core.game import Game
-from cps_envs.core.kernels import borrowed, clip, inlined, kernel, pack, records, unpack, view
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, pack, records, unpack, view
+from cps_envs.core.declare.config import Range, bounds, quantity, validate
+from cps_envs.core.declare.fields import Field, Fields, encode_row
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.forms import declare
+from cps_envs.core.interfaces.registration import register
 from cps_envs.core.picture.viewer import CanvasViewer
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.problem import Problem
-from cps_envs.core.registration import register
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role, State
 
 AREA_M2, OUTLET_M2, PUMP_M3PS, TWICE_GRAVITY, STEPS_PER_SECOND = 0.1, 0.002, 0.02, 19.62, 10
 Moves = tuple[Array, ...]  # the attacker's bias (B, 1) in [-1, 1]; the defender's choice (B,), 0 to believe

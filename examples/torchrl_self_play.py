@@ -29,9 +29,9 @@ from torchrl.objectives import ClipPPOLoss, ValueEstimators
 from cps_agents.torchrl import DuelEnv
 from cps_agents.zoo.own import save_network
 from cps_envs import find_problem
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.learning.wiring import WiredBox
 from cps_envs.core.types import ROLES, Role
-from cps_envs.core.wiring import WiredBox
 
 NEVER = -1e9  # logit of what is no choice
 HORIZON = 20  # decisions over which rewards add up; chosen, of the order of what gamma and lambda look ahead

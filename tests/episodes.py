@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.conformance.actors import Actor
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.problem import Problem
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, Role
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Role, State
 
 OnAct = Callable[[Seen, State, Array, Array, State], None]  # seen, state, the agents' actions, the role's, next state
 

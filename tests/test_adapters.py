@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from cps_envs import PROBLEMS
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.conformance.actors import allows
-from cps_envs.core.policy import State
-from cps_envs.core.policy_state import take
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import ROLES, Array, Role
+from cps_envs.core.policies.adapter import Adapter, adapter_of
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.policies.state import take
+from cps_envs.core.types import ROLES, Array, Role, State
 from tests.episodes import OnAct, Through, play, spec_of
 from tests.settings import tests_of as settings_of
 
@@ -46,7 +45,7 @@ def test_rows_and_actions_are_legal_and_environments_know_nothing_of_one_another
     problem: str, role: Role, name: str
 ) -> None:
     short = settings_of(problem).short
-    adapter = spec_of(PROBLEMS[problem], role, "learning", **short).adapter(name)
+    adapter = adapter_of(spec_of(PROBLEMS[problem], role, "learning", **short), name)
 
     def look(seen: Seen, state: State, chosen: Array, action: Array, after: State) -> None:
         rows, active = adapter.observe(seen, state), adapter.active(seen, state)
@@ -72,7 +71,7 @@ def test_rows_and_actions_are_legal_and_environments_know_nothing_of_one_another
 
 @pytest.mark.parametrize(("problem", "role", "name"), SHOWN)
 def test_nine_of_ten_columns_vary_under_the_neutral_action(problem: str, role: Role, name: str) -> None:
-    adapter, rows = spec_of(PROBLEMS[problem], role, "learning").adapter(name), []
+    adapter, rows = adapter_of(spec_of(PROBLEMS[problem], role, "learning"), name), []
     episodes, waiting = SHOWN[problem, role, name]
 
     def look(seen: Seen, state: State, chosen: Array, action: Array, after: State) -> None:

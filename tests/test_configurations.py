@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from cps_envs import PROBLEMS
 from cps_envs.core.conformance import Subject, check_configurations
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 from cps_envs.testbed.problem import TESTBED
 from tests.test_conformance import subject_of
 

@@ -14,7 +14,7 @@ import pytest
 from cps_envs import PROBLEMS
 from cps_envs.core.conformance import CHECKS, Check, Subject, find_subject, run_check
 from cps_envs.core.conformance.actors import Actor
-from cps_envs.core.game import Game
+from cps_envs.core.game.game import Game
 from cps_envs.core.types import ROLES, SIGN, Array, Role
 from tests.episodes import started
 from tests.settings import tests_of as settings_of

@@ -11,7 +11,7 @@ import pytest
 from cps_agents.warm import configurations
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
+from cps_envs.core.policies.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, Array, Role
 from tests.episodes import play
 from tests.settings import tests_of as settings_of

@@ -9,8 +9,8 @@ import pytest
 
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Role
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.testbed.problem import TESTBED

@@ -11,8 +11,8 @@ from typing import Any, get_type_hints
 import gymnasium
 
 from cps_envs.core.errors import MissingExtraError, UnknownNameError
-from cps_envs.core.lookup import load, policy_entry, policy_names
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.lookup import load, policy_entry, policy_names
 from cps_envs.core.types import ROLES, Role
 
 

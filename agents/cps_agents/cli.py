@@ -286,7 +286,7 @@ def _print_version(wanted: bool) -> None:
 
 def _agree(wanted: bool) -> None:
     if wanted:
-        from cps_envs.core.trust import trust
+        from cps_envs.core.policies.trust import trust
 
         trust()
 

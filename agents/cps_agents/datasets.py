@@ -19,10 +19,10 @@ import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.files import DRAFTS, replacing
+from cps_envs.core.compute.generators import seeded
 from cps_envs.core.errors import require
-from cps_envs.core.game import Game
-from cps_envs.core.generators import seeded
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, SIGN, BoolArray, Role, other
 
 NUM_ENVS = 64  # episodes that are played at once

@@ -16,15 +16,15 @@ from cps_agents.errors import CommandError, built_by_user
 from cps_agents.files import replacing, write_text
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
+from cps_envs.core.compute.generators import seeded
 from cps_envs.core.errors import near, require
-from cps_envs.core.game import Game
-from cps_envs.core.generators import seeded
-from cps_envs.core.match import Match
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.match import Match
+from cps_envs.core.game.play import finish
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, Renderer
 from cps_envs.core.picture.svg import to_svg
 from cps_envs.core.picture.viewer import recording_viewer
-from cps_envs.core.play import finish
-from cps_envs.core.problem import Problem
 from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.registration import find_problem
 

@@ -12,10 +12,10 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
+from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.errors import ConfigurationError, require
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.seeds import training_seed
+from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.registration import learning_env
 
@@ -41,7 +41,8 @@ class BatchVecEnv(VecEnv):
     `TimeLimit.truncated`, and `episode` with the undiscounted return `r` and the length `l`, from which `learn` prints
     `ep_rew_mean`. Attributes and methods are those of the batch; `action_masks` gives each environment its row.
 
-    `seed` chooses among seeds for training, see `cps_envs.core.seeds`: no episode of an evaluation is ever played.
+    `seed` chooses among seeds for training, see `cps_envs.core.declare.seeds`: no episode of an
+    evaluation is ever played.
     """
 
     def __init__(self, env: RoleVectorEnv | LearningVectorEnv) -> None:
@@ -177,7 +178,7 @@ class ScaledRewards(VecNormalize):
 def make(name: str, num_envs: int | None = None, **options: Any) -> ScaledRewards:
     """Environments of a role such as "RogueAttack", in which a learner of stable-baselines3 learns.
 
-    `options` are those of `cps_envs.core.interfaces.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
+    `options` are those of `cps_envs.core.learning.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
     `adapter`. A team's agents are environments of their own. The observation space holds how the inputs are made, and
     `model.save` saves it, so `sb3:FILE.zip` plays the model again anywhere in this package.
 

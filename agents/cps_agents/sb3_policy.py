@@ -11,10 +11,10 @@ from stable_baselines3.common.distributions import Distribution
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 from cps_agents.zoo.wired import Head, Outputs
+from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.learning.wiring import WiredBox
 from cps_envs.core.types import Array, Observation
-from cps_envs.core.untrained import choices_of
-from cps_envs.core.wiring import WiredBox
 
 ILLEGAL = -1e8  # logit of an action that the mask forbids
 

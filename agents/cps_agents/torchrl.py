@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import torch
 
+from cps_envs.core.compute.generators import seeded
+from cps_envs.core.declare.seeds import MOST_RUNS, training_seed
 from cps_envs.core.errors import ConfigurationError, require
-from cps_envs.core.generators import seeded
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.game.match import Match
 from cps_envs.core.interfaces.outside import Outside
-from cps_envs.core.interfaces.wired_player import WiredPlayer
-from cps_envs.core.match import Match
-from cps_envs.core.seeds import MOST_RUNS, training_seed
+from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.learning.wired_player import WiredPlayer
 from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.registration import find_problem
 

@@ -19,13 +19,13 @@ from gymnasium.vector import AutoresetMode
 
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
-from cps_envs.core.compiling import NOTICE, compiled, told
+from cps_envs.core.compute.compiling import NOTICE, compiled, told
+from cps_envs.core.compute.generators import seeded
+from cps_envs.core.compute.kernel_cache import UNKEPT
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
-from cps_envs.core.generators import seeded
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.outside import Outside
-from cps_envs.core.kernel_cache import UNKEPT
-from cps_envs.core.lookup import policy_names
-from cps_envs.core.problem import Problem
+from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES, Role
 
 Overrides: TypeAlias = Mapping[str, Any]

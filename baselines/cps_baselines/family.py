@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import records
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, near
-from cps_envs.core.kernels import records
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State, ask, begins, begun
-from cps_envs.core.problem import Problem
-from cps_envs.core.seen import Seen
-from cps_envs.core.trust import require_trust
-from cps_envs.core.types import Array, FloatArray, Role, other
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.lookup import PolicyReference
+from cps_envs.core.policies.policy import AnalyticPolicy, Policy, RoleSpec, ask, begins, begun
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.policies.trust import require_trust
+from cps_envs.core.types import Array, FloatArray, Generators, Knowledge, Role, State, other
 from cps_envs.registration import PROBLEMS
 
 
@@ -83,7 +83,7 @@ def as_records(numbers: Any, rows: FloatArray) -> Array:
 def play_family(
     family: Family, problem: Problem, config: Any, opponent: PolicyReference, values: FloatArray, seeds: Sequence[int]
 ) -> dict[str, Array]:
-    """One episode per seed by the numbers in its row of `values` (B, k), see `core.play.play_episodes`."""
+    """One episode per seed by the numbers in its row of `values` (B, k), see `core.game.play.play_episodes`."""
     policy = Members(problem.game(config, 1).spec(family.role), family, values)
     return play_episodes(problem, config, {family.role: policy, other(family.role): opponent}, seeds)
 

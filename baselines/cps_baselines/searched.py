@@ -12,7 +12,7 @@ from importlib.resources import files
 from typing import Any
 
 from cps_baselines.family import Family
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policies.policy import Policy, RoleSpec
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -18,6 +18,10 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 IntArray: TypeAlias = NDArray[np.int64]
 FloatArray: TypeAlias = NDArray[np.float64]
 Observation: TypeAlias = NDArray[np.float32]
+
+State: TypeAlias = tuple[Array, ...]  # of a policy: arrays with a leading environment axis
+Generators: TypeAlias = Sequence[np.random.Generator]  # one for each episode that starts
+Knowledge: TypeAlias = Sequence[Mapping[str, Any]]  # what a privileged policy needs to know of each of them
 
 
 def other(role: Role) -> Role:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, State
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.follower import NUMBERS, PLAIN, Layout, follow_all, set_points
 from cps_envs.disbanding.platoons import PlatoonRows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import BoolArray, IntArray
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.radio import take_record

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, unpack, view
-from cps_envs.core.streams import between, draw_word, uniform, whole
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.streams import between, draw_word, uniform, whole
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, IntArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.state import State

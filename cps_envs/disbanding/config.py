@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 
-from cps_envs.core.config import IntRange, Range, bounds, is_multiple, quantity, validate
+from cps_envs.core.declare.config import IntRange, Range, bounds, is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 
 TABLE = "Table 2.1"

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cps_envs.core.kernels import clip, inlined
+from cps_envs.core.compute.kernels import clip, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.state import Constants, State
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from cps_envs.core.kernels import borrowed, clip, inlined, kernel, unpack, view
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import (
     avoidance_margin,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import inlined
-from cps_envs.core.streams import uniform
+from cps_envs.core.compute.kernels import inlined
+from cps_envs.core.compute.streams import uniform
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.dynamics import advance_episode, has_ended

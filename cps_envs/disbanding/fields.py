@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.config import bounds
-from cps_envs.core.fields import Field, Fields
+from cps_envs.core.declare.config import bounds
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.disbanding.config import DisbandingConfig
 
 MAX_GAP_M = 200.0

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import Record, borrowed, clip, inlined, kernel, lend, record_type, unpack
+from cps_envs.core.compute.kernels import Record, borrowed, clip, inlined, kernel, lend, record_type, unpack
 from cps_envs.core.types import Array, FloatArray, Observation
 
 REACH_M = 10.0  # m, to which e is limited, chosen

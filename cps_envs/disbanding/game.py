@@ -8,11 +8,11 @@ from typing import ClassVar
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Adapters, Game
-from cps_envs.core.generators import drawing
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import pack, records
-from cps_envs.core.team import Team
+from cps_envs.core.compute.generators import drawing
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import pack, records
+from cps_envs.core.game.game import Adapters, Game
+from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.disbanding.adapters import Follow, FollowRoad, Vehicle
 from cps_envs.disbanding.circumstances import circumstances_of, draw_circumstances

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.fields import encode_row
-from cps_envs.core.kernels import Record, borrowed, clip, fill, inlined, kernel, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, clip, fill, inlined, kernel, unpack, view
+from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.disbanding.attack import opens_s
 from cps_envs.disbanding.controllers import avoidance_margin, has_begun

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, records, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, records, unpack, view
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.state import Constants, State
 
 
 class Metrics(NamedTuple):
-    """What is known of an episode so far; a batch has them as `core.kernels.records`, (B,)."""
+    """What is known of an episode so far; a batch has them as `core.compute.kernels.records`, (B,)."""
 
     velocity_error_all: float  # percent, (2.8) over all vehicles
     velocity_error_intact: float  # percent, (2.8) over the vehicles of platoons never disbanded

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.fields import Field, Fields, encode_row
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, lend
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, lend
+from cps_envs.core.declare.config import bounds
+from cps_envs.core.declare.fields import Field, Fields, encode_row
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.fields import MAX_GAP_M

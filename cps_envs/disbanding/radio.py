@@ -8,8 +8,8 @@ and wherever the attacker blocks the link.
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import inlined
-from cps_envs.core.streams import uniform
+from cps_envs.core.compute.kernels import inlined
+from cps_envs.core.compute.streams import uniform
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.state import Constants, State
 

@@ -7,7 +7,7 @@ numbers are chosen; the steady state at 31 m/s takes 522 kJ/km.
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.state import Constants, State
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, pack, unpack, view
-from cps_envs.core.streams import between, uniform, whole
+from cps_envs.core.compute.kernels import borrowed, clip, fill, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.streams import between, uniform, whole
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.state import Constants, State

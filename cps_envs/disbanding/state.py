@@ -10,7 +10,7 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
 
 class State(NamedTuple):
-    """B environments with N platoons of n vehicles, M = N * n in all; `core.kernels.view` cuts one out, an `episode`.
+    """B environments with N platoons of n vehicles, M = N * n in all; `kernels.view` cuts one out, an `episode`.
 
     Vehicles are numbered front to rear along the string: q = 0 is the front vehicle, q - 1 the predecessor of q, and
     platoon p = q // n, also counted from the front (the paper's platoon index is N - p).
@@ -54,11 +54,11 @@ class State(NamedTuple):
     work_kj: FloatArray  # (B,) kJ, traction of all vehicles noted
     driven_km: FloatArray  # (B,) km, their distance
     disturbed_s: FloatArray  # (B,) s, when an intact vehicle was last seen off the desired speed after an attack
-    chance: Array  # (B, 4) uint64, the stream of what is drawn on the way, see `core.streams`
+    chance: Array  # (B, 4) uint64, the stream of what is drawn on the way, see `core.compute.streams`
 
 
 class Constants(NamedTuple):
-    """The numbers of one episode; a batch has them as `core.kernels.records`, (B,)."""
+    """The numbers of one episode; a batch has them as `core.compute.kernels.records`, (B,)."""
 
     num_vehicles: int  # M of this episode; vehicles q >= num_vehicles of the arrays are absent
     vehicles_per_platoon: int  # n

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.team import Team
+from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.fields import vehicle_fields

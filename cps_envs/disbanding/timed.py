@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, IntArray, Observation
+from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation, State
 
 DELAYS_S = np.array([0, 1, 2, 3, 5, 8, 12, 16, 20, 25, 30, 40, 50, 60, 80, 100])  # chosen
 IDLE = -1

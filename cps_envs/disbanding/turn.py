@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.disbanding.attack import disband, mark_legal
 from cps_envs.disbanding.dynamics import advance_episode

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import Record, inlined
+from cps_envs.core.compute.kernels import Record, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.dynamics import final_command

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from cps_envs.core.config import Range, bounds, is_multiple, quantity, validate
+from cps_envs.core.declare.config import Range, bounds, is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.fdi.model import DISCRETISATIONS, Model, platoon_model
 from cps_envs.fdi.task import Task, make_task, parse_task

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.state import Constants
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, unpack, view
-from cps_envs.core.streams import between, fill_normal, fill_uniform, uniform, whole
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.streams import between, fill_normal, fill_uniform, uniform, whole
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.state import Batch, State

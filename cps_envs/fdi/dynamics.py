@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, view
+from cps_envs.core.compute.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.controller import command
 from cps_envs.fdi.estimation import command_used, extrapolate, measure, start_filter, substitute, update

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.kalman import take_in
-from cps_envs.core.kernels import copy, fill, inlined
+from cps_envs.core.compute.kalman import take_in
+from cps_envs.core.compute.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.legality import resolution
 from cps_envs.fdi.state import Constants, Matrices, State, add_product

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.fields import Field, Fields, encode_row
-from cps_envs.core.kernels import borrowed, copy, inlined, kernel, view
+from cps_envs.core.compute.kernels import borrowed, copy, inlined, kernel, view
+from cps_envs.core.declare.fields import Field, Fields, encode_row
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.estimation import deviation_of, innovation_of

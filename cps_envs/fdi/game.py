@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Adapters, Game
-from cps_envs.core.generators import drawing
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import records, view
-from cps_envs.core.team import Team
+from cps_envs.core.compute.generators import drawing
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import records, view
+from cps_envs.core.game.game import Adapters, Game
+from cps_envs.core.policies.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.fdi.adapters.motion import Motion
 from cps_envs.fdi.adapters.sensor import Sensor

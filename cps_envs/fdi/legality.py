@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.kernels import fill, inlined
+from cps_envs.core.compute.kernels import fill, inlined
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.controller import feedback
 from cps_envs.fdi.state import Constants, Matrices, Scratch

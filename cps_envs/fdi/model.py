@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.discretisation import zero_order_hold
+from cps_envs.core.compute.discretisation import zero_order_hold
 from cps_envs.core.types import FloatArray
 
 DISCRETISATIONS = ("zoh", "euler", "zohu")

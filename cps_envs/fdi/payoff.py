@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.state import Constants, State

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.config import bounds
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.state import State

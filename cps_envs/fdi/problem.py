@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.problem import Later, Problem, Work
-from cps_envs.core.training import Training
+from cps_envs.core.declare.training import Training
+from cps_envs.core.game.problem import Later, Problem, Work
 from cps_envs.fdi.config import PRESETS, FdiConfig
 
 

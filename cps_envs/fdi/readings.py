@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import copy, fill, inlined
+from cps_envs.core.compute.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.legality import resolution
 from cps_envs.fdi.state import Constants, Matrices, State, add_product

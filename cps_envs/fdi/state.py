@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import inlined, pack, records, unpack
+from cps_envs.core.compute.kernels import inlined, pack, records, unpack
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 
@@ -126,7 +126,7 @@ class Constants(NamedTuple):
 
 
 def constants_of(config: FdiConfig) -> Array:
-    """The constants of a configuration as records (1,), see `core.kernels.pack`."""
+    """The constants of a configuration as records (1,), see `core.compute.kernels.pack`."""
     derived = {
         "correction_step_mps2": config.max_correction_mps2 / config.correction_levels,
         "clips": config.limits == "clip",
@@ -178,7 +178,7 @@ def disturbance_covariance(config: FdiConfig) -> FloatArray:
 
 
 class Layout(NamedTuple):
-    """How a role's observations are encoded, see `core.fields.Fields`."""
+    """How a role's observations are encoded, see `core.declare.fields.Fields`."""
 
     offsets: Array  # (1,) where each field begins
     scale: FloatArray  # (2, size)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import clip, inlined
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import clip, inlined
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.model import Model, Rules

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, IntArray, Observation
+from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation, State
 from cps_envs.hvac.columns import squeezed
 from cps_envs.hvac.comparison import fill_rows, tables
 from cps_envs.hvac.config import HvacConfig

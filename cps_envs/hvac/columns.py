@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cps_envs.core.fields import Field, Fields
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.types import FloatArray, Observation
 
 # Below this size a squeezed column is nearly linear, beyond it logarithmic, so that it shows drift and attack alike.

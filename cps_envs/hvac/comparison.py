@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.fields import encode_row
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel
+from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.hvac.columns import SMALL
 from cps_envs.hvac.config import HvacConfig

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cps_envs.core.config import bounds, validate
+from cps_envs.core.declare.config import bounds, validate
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.building import conductances
 from cps_envs.hvac.parameters import MAX_ZONES, Parameters

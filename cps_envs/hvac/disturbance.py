@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import Range, bounds
-from cps_envs.core.kernels import inlined
-from cps_envs.core.streams import between, fill_normal, normal, uniform
+from cps_envs.core.compute.kernels import inlined
+from cps_envs.core.compute.streams import between, fill_normal, normal, uniform
+from cps_envs.core.declare.config import Range, bounds
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
 

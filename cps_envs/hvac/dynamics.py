@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.kernels import clip, copy, inlined
+from cps_envs.core.compute.kernels import clip, copy, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.planning import Desk, plan

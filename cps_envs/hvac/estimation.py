@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import copy, fill, inlined
+from cps_envs.core.compute.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.dynamics import drift
 from cps_envs.hvac.filtering import update_filters

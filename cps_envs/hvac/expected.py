@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, State
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.columns import encoded, squeeze, squeezed
 from cps_envs.hvac.config import HvacConfig

@@ -8,11 +8,11 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.config import bounds
-from cps_envs.core.game import Adapters, Game
-from cps_envs.core.generators import drawing
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, kernel, lend, pack, unpack, view
+from cps_envs.core.compute.generators import drawing
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import borrowed, kernel, lend, pack, unpack, view
+from cps_envs.core.declare.config import bounds
+from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.belief import Belief

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.kernels import Record, fill, inlined
+from cps_envs.core.compute.kernels import Record, fill, inlined
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.building import DAY_S
 from cps_envs.hvac.config import HvacConfig

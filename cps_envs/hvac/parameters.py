@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from cps_envs.core.config import IntRange, Range, bounds, quantity
+from cps_envs.core.declare.config import IntRange, Range, bounds, quantity
 from cps_envs.core.types import ROLES
 
 MAX_ZONES = 64

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.hvac.estimation import is_ready
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.state import State

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import clip, copy, fill, inlined
+from cps_envs.core.compute.kernels import clip, copy, fill, inlined
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.state import State

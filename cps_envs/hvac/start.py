@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import borrowed, fill, inlined, pack
-from cps_envs.core.streams import fill_normal, fill_uniform, shuffle, uniform, whole
+from cps_envs.core.compute.kernels import borrowed, fill, inlined, pack
+from cps_envs.core.compute.streams import fill_normal, fill_uniform, shuffle, uniform, whole
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.disturbance import Drift, draw_disturbance, drift_of

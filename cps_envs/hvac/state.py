@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined, records
+from cps_envs.core.compute.kernels import inlined, records
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.hvac.model import CHUNK, Model
 

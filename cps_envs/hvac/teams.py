@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cps_envs.core.team import Team
+from cps_envs.core.policies.team import Team
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.sensors import sensor_names, sensors_of_choices, zones_of_sensors

@@ -10,7 +10,7 @@ would let rounding errors grow. Of the tails every `CHUNK`-th is kept as a mark,
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import copy, fill, inlined
+from cps_envs.core.compute.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import CHUNK, Model
 from cps_envs.hvac.state import State

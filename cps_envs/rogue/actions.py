@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import clip, inlined, kernel, pack, unpack
+from cps_envs.core.compute.kernels import clip, inlined, kernel, pack, unpack
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS

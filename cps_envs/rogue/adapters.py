@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
-from cps_envs.core.config import Range, bounds
+from cps_envs.core.declare.config import Range, bounds
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, State
 from cps_envs.rogue.actions import PLAIN, choices_of, order_space
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS

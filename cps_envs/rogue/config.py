@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from cps_envs.core.config import IntRange, Range, bounds, is_multiple, quantity, validate
+from cps_envs.core.declare.config import IntRange, Range, bounds, is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.rogue.stability import longest_stable_step_s
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import Record, inlined
+from cps_envs.core.compute.kernels import Record, inlined
 from cps_envs.rogue.state import Rules, State
 
 REARM_M = 0.05  # beyond contact, from where on a further contact counts

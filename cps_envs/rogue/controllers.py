@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from cps_envs.core.kernels import clip, inlined
+from cps_envs.core.compute.kernels import clip, inlined
 from cps_envs.rogue.state import Rules
 
 LINEAR = 0  # bidirectional proportional-derivative, (5.15)

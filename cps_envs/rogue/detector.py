@@ -5,7 +5,7 @@ Detectors are leaky integrals of squared residuals.
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import Record, inlined
+from cps_envs.core.compute.kernels import Record, inlined
 from cps_envs.rogue.controllers import DETECTING, in_force
 from cps_envs.rogue.state import Drawn, Rules, State
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import inf
 
-from cps_envs.core.kernels import borrowed, clip, inlined, unpack
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, unpack
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.rogue.contact import touch
 from cps_envs.rogue.controllers import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.fields import Field, Fields
+from cps_envs.core.declare.config import bounds
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.actions import choices_of
 from cps_envs.rogue.config import RogueConfig

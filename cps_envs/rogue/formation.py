@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import log
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.rogue.state import Drawn, Rules, State
 
 FAR = 10.0  # separations, at which an error counts in full

@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Adapters, Game
-from cps_envs.core.generators import drawing
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
-from cps_envs.core.team import Team
+from cps_envs.core.compute.generators import drawing
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, unpack
+from cps_envs.core.game.game import Adapters, Game
+from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.rogue.actions import PLAIN, choices_of, command_limits, order_space, read_choices, read_levels
 from cps_envs.rogue.adapters import Effort, Vehicle, VehicleFull

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import borrowed, inlined, unpack
+from cps_envs.core.compute.kernels import borrowed, inlined, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.state import Drawn, State, platoon
 

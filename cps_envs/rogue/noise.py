@@ -6,7 +6,7 @@ from math import cos, log, sqrt
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 FIRST = np.uint64(0xBF58476D1CE4E5B9)

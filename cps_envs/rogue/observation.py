@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.fields import encode_row
-from cps_envs.core.kernels import Record, borrowed, fill, inlined, kernel, unpack
+from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, unpack
+from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.formation import reference_position

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cps_envs.core.kernels import Record, inlined
+from cps_envs.core.compute.kernels import Record, inlined
 from cps_envs.rogue.controllers import HUMAN
 from cps_envs.rogue.formation import reference_position
 from cps_envs.rogue.state import Drawn, Rules, State

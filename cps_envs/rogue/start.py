@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import Record, borrowed, fill, inlined, kernel, pack, unpack, view
-from cps_envs.core.streams import draw_word, fill_uniform, uniform, whole
+from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.streams import draw_word, fill_uniform, uniform, whole
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.payoff import measure

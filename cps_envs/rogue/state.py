@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined, pack, view
+from cps_envs.core.compute.kernels import inlined, pack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.team import Team
+from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.fields import vehicle_fields

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from cps_envs.core.config import is_multiple, quantity, validate
+from cps_envs.core.declare.config import is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.disbanding.config import DisbandingConfig
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.kernels import clip, inlined
+from cps_envs.core.compute.kernels import clip, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.dynamics import command_by_law, correct_commands, final_command, first_mitigable, involve

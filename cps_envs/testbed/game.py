@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, records, unpack, view
-from cps_envs.core.policy import Generators, RoleSpec
-from cps_envs.core.team import Team
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, pack, records, unpack, view
+from cps_envs.core.game.game import Game
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.team import Team
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Observation, Role
 from cps_envs.disbanding.attack import disband, mark_legal
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.observation import observe_attacker

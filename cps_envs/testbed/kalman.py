@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.kalman import take_in
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kalman import take_in
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.testbed.state import POSITION_DRIFT_M2, Rules
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.fields import encode_row
-from cps_envs.core.kernels import borrowed, fill, kernel, unpack, view
+from cps_envs.core.compute.kernels import borrowed, fill, kernel, unpack, view
+from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.disbanding.observation import fill_defender
 from cps_envs.disbanding.state import Constants, State

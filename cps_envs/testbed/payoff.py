@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.testbed.config import RobotConfig
 from cps_envs.testbed.state import Robots, Rules

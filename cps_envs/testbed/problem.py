@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.fields import Fields
-from cps_envs.core.problem import Problem
+from cps_envs.core.declare.fields import Fields
+from cps_envs.core.game.problem import Problem
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.testbed.config import MITIGATED, PRESETS, RobotConfig
 from cps_envs.testbed.game import RobotGame

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.kernels import clip, inlined
+from cps_envs.core.compute.kernels import clip, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.testbed.state import Rules
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.team import Team
+from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.observation import observe_vehicles

@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
-from cps_envs.core.config import quantity, validate
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.game import Game
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.problem import Problem
-from cps_envs.core.seen import Seen
-from cps_envs.core.team import Team
-from cps_envs.core.training import Training
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.declare.config import quantity, validate
+from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.declare.training import Training
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.policies.team import Team
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role, State
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ ARMS = Problem(
     game=ArmsGame,
     fields={"attacker": arms_fields, "defender": arms_fields},
     opponents={
-        preset: {"attacker": "cps_envs.core.policy:Idle", "defender": "cps_envs.core.policy:Idle"}
+        preset: {"attacker": "cps_envs.core.policies.policy:Idle", "defender": "cps_envs.core.policies.policy:Idle"}
         for preset in ("paper", "learning")
     },
     viewer="",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, State
 
 
 class Constant(AnalyticPolicy):

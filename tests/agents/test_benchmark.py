@@ -14,7 +14,7 @@ from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import PROBLEMS
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_paper.benchmark.schedule import Benchmark, PaperCell
 from cps_paper.benchmark.suite import find_benchmark, run_benchmark, select

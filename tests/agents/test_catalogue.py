@@ -16,8 +16,8 @@ from cps_agents.arena.table import Table
 from cps_agents.catalogue import PolicyEntry, describe_problem, pettingzoo_ids, policies
 from cps_baselines.searches import searches_of
 from cps_envs import PROBLEMS
-from cps_envs.core.lookup import GROUP, resolve_policy
-from cps_envs.core.problem import Later, Problem
+from cps_envs.core.game.problem import Later, Problem
+from cps_envs.core.policies.lookup import GROUP, resolve_policy
 from cps_envs.core.types import ROLES, Role
 from cps_paper.benchmark.suite import find_benchmark
 from tests.episodes import spec_of
@@ -76,7 +76,7 @@ def test_later_is_a_value_and_names_its_function() -> None:
 
 STRANGE = """
     '''What the module says.'''
-    from cps_envs.core.policy import Idle
+    from cps_envs.core.policies.policy import Idle
 
     class Mine(Idle):
         privileged = frozenset({"opponent", "model"})

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cps_agents.console import assignments
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 from tests.agents.command_line import invoke, refusal, succeeded
 
 SHORT = ("--set", "duration_s=5")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cps_envs import find_problem
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.testbed.problem import TESTBED
 from tests.agents.command_line import refusal, succeeded
 

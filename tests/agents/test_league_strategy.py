@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cps_agents.league.strategy import Strategy, mix
 from cps_envs import find_problem
-from cps_envs.core.mixture import Mixture
+from cps_envs.core.policies.mixture import Mixture
 
 texts = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=12)
 names = texts.filter(lambda text: text.partition("?")[0].rpartition(".")[2] != "mixture")

@@ -25,8 +25,8 @@ from cps_agents.zoo.merging import merge
 from cps_baselines.disbanding.string_controller import StringController
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UntrustedCodeError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.testbed.problem import ATTACK
 from tests.agents.command_line import refusal, succeeded

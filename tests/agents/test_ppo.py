@@ -28,9 +28,9 @@ from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.recipes.learning import OWN, learning_recipe
 from cps_agents.zoo.files import load
 from cps_agents.zoo.wired import Head, WiredPolicy
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
-from cps_envs.core.play import play_episodes
-from cps_envs.core.seeds import training_seed
+from cps_envs.core.declare.seeds import training_seed
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import ROLES, SIGN, Array, Role
 from cps_envs.registration import PROBLEMS
 from tests.agents.arms import ARMS

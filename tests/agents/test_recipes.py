@@ -7,8 +7,8 @@ import pytest
 from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe
+from cps_envs.core.declare.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from cps_envs.core.errors import UntrustedCodeError
-from cps_envs.core.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from cps_envs.core.types import ROLES
 from cps_envs.registration import PROBLEMS
 from tools.recipes import SEARCHED, FdiHypotheses

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from cps_envs.core.conformance.actors import Crew
+from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
-from cps_envs.core.seeds import training_seed
 
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")

@@ -9,10 +9,10 @@ import gymnasium
 import numpy as np
 import pytest
 
+from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
-from cps_envs.core.seeds import training_seed
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
@@ -22,7 +22,7 @@ from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.vec_env import VecMonitor
 
 from cps_agents.sb3 import StickyPolicy, as_sb3, make, neutral_start
-from cps_envs.core.trust import vouched
+from cps_envs.core.policies.trust import vouched
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 TOYS = "tests.core.toy:toys/"

@@ -25,9 +25,9 @@ from cps_agents.scoring.kind import Kind, kind_of
 from cps_agents.scoring.score import Score
 from cps_baselines import tracks as declared
 from cps_baselines.tracks import Rival, Track
+from cps_envs.core.declare.seeds import score_seeds
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.seeds import score_seeds
 from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
 from tests.agents.command_line import refusal, succeeded

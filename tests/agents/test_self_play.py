@@ -29,8 +29,8 @@ from cps_agents.league.self_play_report import document, draw
 from cps_agents.league.strategy import mix
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
+from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.documents import DamagedFileError
-from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import ROLES, SIGN, Role
 from tests.agents.command_line import invoke, refusal, succeeded
 

@@ -9,10 +9,10 @@ import pytest
 from cps_agents import warm as warming
 from cps_agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
-from cps_envs.core.compiling import compiled, told
+from cps_envs.core.compute.compiling import compiled, told
+from cps_envs.core.compute.kernel_cache import UNKEPT
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
-from cps_envs.core.kernel_cache import UNKEPT
-from cps_envs.core.lookup import policy_names
+from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES
 from cps_envs.testbed.problem import TESTBED
 from tests.agents import command_line

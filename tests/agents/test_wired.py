@@ -19,7 +19,7 @@ from cps_agents.zoo.merging import merge
 from cps_agents.zoo.wiring import check_wiring
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from tests.agents.arms import ARMS
 from tests.agents.test_ppo import STEPS, job
 

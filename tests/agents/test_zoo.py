@@ -18,7 +18,7 @@ from cps_agents.zoo.card import MIXTURE, read_card
 from cps_agents.zoo.files import find, load, save, shipped_names
 from cps_agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.registration import PROBLEMS, find_problem
 from tests.agents.command_line import succeeded
 from tests.agents.trained import save_tiny

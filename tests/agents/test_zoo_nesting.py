@@ -13,7 +13,7 @@ from cps_agents.zoo.references import weights_of
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.policies.lookup import resolve_policy
 
 VENUE = Venue("rogue", "easy")
 SPEC = find_problem("rogue").game(VENUE.config, 1).spec("attacker")

@@ -13,11 +13,11 @@ import cps_envs
 from cps_agents.zoo.own import save_network
 from cps_agents.zoo.wired import Head, WiredPolicy
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, Role, other
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.policy import AnalyticPolicy
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, Role, State, other
 
 
 def layers_of(envs: Any, hidden: int = 8) -> list[Any]:

@@ -9,7 +9,7 @@ import pytest
 from cps_agents.zoo.card import read_card
 from cps_agents.zoo.files import find
 from cps_agents.zoo.markdown import to_markdown
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import SIGN, Role, other
 from cps_envs.registration import find_problem
 

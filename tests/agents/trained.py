@@ -12,9 +12,10 @@ from cps_agents.zoo.files import save
 from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.network import Network
 from cps_agents.zoo.wired import Head, card_entry
-from cps_envs.core.training import NATIVE
+from cps_envs.core.declare.training import NATIVE
+from cps_envs.core.learning.wiring import Wired, Wiring
+from cps_envs.core.policies.adapter import adapter_of
 from cps_envs.core.types import Role
-from cps_envs.core.wiring import Wired, Wiring
 from cps_envs.registration import find_problem
 
 
@@ -47,7 +48,7 @@ def save_tiny(
     game = problem.game(problem.config(preset, overrides or {}), 1)
     masked = game.action_mask(role) is not None
     wiring = Wiring(problem_name, role, problem.swarm[role] if swarm else NATIVE, hold, masked=masked)
-    wired = Wired(wiring, game.spec(role).adapter(wiring.adapter))
+    wired = Wired(wiring, adapter_of(game.spec(role), wiring.adapter))
     actions, size = count_actions(wired.adapter.action_space), wired.columns.size
     card = Card(
         **{

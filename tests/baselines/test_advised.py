@@ -7,8 +7,9 @@ import pytest
 
 from cps_baselines.rogue.reading import levels_of
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.play import play_episodes
-from cps_envs.core.seen import Seen
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.adapter import adapter_of
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, Role
 from cps_envs.registration import find_problem, learning_env
 from cps_envs.rogue.actions import LEVELS
@@ -81,11 +82,11 @@ def test_learners_see_rows_within_bounds_that_the_policy_s_state_is_a_part_of(ro
 def test_a_policy_without_an_adapter_of_its_own_is_none() -> None:
     spec = episodes.spec_of(find_problem("rogue"), "defender", preset="learning")
     with pytest.raises(UnknownNameError, match="no adapter 'sliding'"):
-        spec.adapter("sliding")
+        adapter_of(spec, "sliding")
 
 
 def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
-    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("monitor")
+    adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "monitor")
     envs = learning_env("RogueDefense", num_envs=2, adapter="monitor")
     envs.reset()
     count, seen = len(adapter.agents), envs.outside.seen()
@@ -103,7 +104,7 @@ def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
 
 
 def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
-    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("guard")
+    adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
     envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
     envs.reset()
     first, seen, count = len(CONTROLLERS), envs.outside.seen(), len(adapter.agents)
@@ -123,7 +124,7 @@ def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
     ids=["ahead of its place", "behind its place", "pushed: where it is its place is open"],
 )
 def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, vehicle: str, level: int) -> None:
-    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("guard")
+    adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
     envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
     envs.reset()
     seen, count = envs.outside.seen(), len(adapter.agents)
@@ -138,7 +139,7 @@ def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, 
 
 def test_a_vehicle_that_obeys_a_departure_is_not_suspected() -> None:
     """The monitor compares what a vehicle does with what it was ordered in the end, not with the advice."""
-    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("guard")
+    adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
     envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
     envs.reset()
     count, first = len(adapter.agents), len(CONTROLLERS)

@@ -15,8 +15,8 @@ from cps_baselines.rogue.families import SWITCHING
 from cps_baselines.rogue.tuned import tuned
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError, UntrustedCodeError
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.policy import AnalyticPolicy
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.registration import find_problem
 from cps_envs.rogue.problem import ROGUE

@@ -15,8 +15,8 @@ from cps_baselines.family import find_family, play_family
 from cps_baselines.searched import searched
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import other
 from tests.episodes import spec_of
 from tools.recipes import SEARCHED

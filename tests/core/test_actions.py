@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from cps_envs.core.actions import ActionReader
+from cps_envs.core.declare.actions import ActionReader
 
 BOX = spaces.Box(np.array([-1.0, 0.0], np.float32), np.array([1.0, 2.0], np.float32))
 DISCRETE = spaces.Discrete(4, start=2)

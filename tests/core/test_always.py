@@ -7,11 +7,11 @@ import pytest
 
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import is_decentralised
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.policy import is_decentralised
+from cps_envs.core.policies.uniform import Uniform
 from cps_envs.core.types import ROLES, Role
-from cps_envs.core.uniform import Uniform
 from tests.core.toy import ToyConfig, ToyGame
 
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from cps_envs import PROBLEMS
+from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.conformance.actors import Actor
-from cps_envs.core.game import Game
-from cps_envs.core.kernels import kernel
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Role
 from cps_envs.testbed.problem import TESTBED
 from tests.settings import tests_of as settings_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.clock import count_late, mark_due, mark_ends, restart, tick
+from cps_envs.core.compute.clock import count_late, mark_due, mark_ends, restart, tick
 
 
 @pytest.mark.parametrize("interval", [1, 3])

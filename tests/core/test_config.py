@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_envs.core.config import IntRange, Range, bounds, configure, parameter_table, quantity, validate
+from cps_envs.core.declare.config import IntRange, Range, bounds, configure, parameter_table, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 
 

@@ -21,8 +21,8 @@ from cps_envs.core.conformance import (
     refine,
     run_check,
 )
-from cps_envs.core.game import Game
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import ROLES
 from tests.core.mutants import of
 from tests.core.mutants_travel import MUTANTS
@@ -31,7 +31,7 @@ from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyDefenseEnv,
 SLOW = ("check_subprocess", "check_stable_baselines3")
 QUICK = [check for check in CHECKS if check.__name__ not in SLOW]
 CASES = [(name, i) for name, makers in MUTANTS.items() for i in range(len(makers))]
-IDLE = {"attacker": "cps_envs.core.policy:Idle", "defender": "cps_envs.core.policy:Idle"}
+IDLE = {"attacker": "cps_envs.core.policies.policy:Idle", "defender": "cps_envs.core.policies.policy:Idle"}
 
 
 def test_every_check_has_a_mutant() -> None:
@@ -130,7 +130,7 @@ def test_outcomes_are_counted_by_their_reasons() -> None:
 
 
 def test_variants_bring_entries_to_life() -> None:
-    still = {"preset": "paper", "guard_speed": 0.0, "drift": 0.0, "opponent": "cps_envs.core.policy:Idle"}
+    still = {"preset": "paper", "guard_speed": 0.0, "drift": 0.0, "opponent": "cps_envs.core.policies.policy:Idle"}
     subject = of("defender", kwargs=still)
     fixed = Subject(subject.single_class, subject.vector_class, still, variants=({"guard_speed": 1.0, "drift": 0.1},))
     conformance.check_live_observations(fixed)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import pytest
 
-from cps_envs.core.config import Range, quantity, validate
 from cps_envs.core.conformance import check_configurations
 from cps_envs.core.conformance.configurations import edges
+from cps_envs.core.declare.config import Range, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 from tests.core.mutants import MUTANTS, of
 

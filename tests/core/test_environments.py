@@ -11,10 +11,10 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.game import Game
+from cps_envs.core.game.game import Game
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
-from cps_envs.core.policy import AnalyticPolicy, Idle, Policy
+from cps_envs.core.policies.policy import AnalyticPolicy, Idle, Policy
 from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyConfig, ToyDefenseEnv, ToyGame
 from tests.core.toy_policies import Chase
 
@@ -110,7 +110,7 @@ def test_a_refused_seed_leaves_nothing_half_started() -> None:
 
 def test_opponents_by_preset_name_and_object() -> None:
     assert ToyAttackEnv(preset="paper").opponent == "tests.core.toy_policies:Chase"
-    assert ToyAttackEnv().opponent == ToyAttackEnv(preset="learning").opponent == "cps_envs.core.policy:Idle"
+    assert ToyAttackEnv().opponent == ToyAttackEnv(preset="learning").opponent == "cps_envs.core.policies.policy:Idle"
     chase = Chase(ToyGame(ToyConfig(), 1).spec("defender"))
     one, two = ToyAttackEnv(opponent=chase), ToyAttackEnv(opponent="tests.core.toy_policies:Chase")
     one.reset(seed=4)

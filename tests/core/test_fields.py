@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.fields import Field, Fields
 
 numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
 shapes = st.sampled_from([(), (1,), (3,), (2, 2)])

@@ -9,9 +9,9 @@ import gymnasium
 import numpy as np
 import pytest
 
-from cps_envs.core.generators import children, drawing, part_of, seeded, streams_of
-from cps_envs.core.kernels import kernel
-from cps_envs.core.streams import normal
+from cps_envs.core.compute.generators import children, drawing, part_of, seeded, streams_of
+from cps_envs.core.compute.kernels import kernel
+from cps_envs.core.compute.streams import normal
 from cps_envs.core.types import Array
 
 ENTROPY = [0, 1, 7, 2**31, 2**32 - 1, 2**32, 2**64 + 5, 2**95, 2**128 - 1, 2**130 + 3, 2**200 + 11]

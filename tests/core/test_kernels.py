@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from cps_envs.core import compiling, kernel_cache
-from cps_envs.core.compiling import NOTICE, Watch, line_of
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.holding import hold
-from cps_envs.core.kernel_cache import UNKEPT, reach, sources_stamp
-from cps_envs.core.kernels import (
+from cps_envs.core.compute import compiling, kernel_cache
+from cps_envs.core.compute.compiling import NOTICE, Watch, line_of
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernel_cache import UNKEPT, reach, sources_stamp
+from cps_envs.core.compute.kernels import (
     borrowed,
     clip,
     copy,
@@ -32,6 +31,7 @@ from cps_envs.core.kernels import (
     unpack,
     view,
 )
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.types import Array, FloatArray, IntArray
 
 
@@ -174,13 +174,13 @@ def test_a_field_may_be_left_out_and_keeps_its_name() -> None:
 def test_the_stamp_covers_what_a_module_imports_of_us() -> None:
     module = "cps_envs.disbanding.dynamics"
     __import__(module)
-    assert {module, "cps_envs.core.kernels", "cps_envs.disbanding.state"} <= reach(module)
+    assert {module, "cps_envs.core.compute.kernels", "cps_envs.disbanding.state"} <= reach(module)
     assert "cps_envs.hvac.game" not in reach(module)
-    assert sources_stamp(module) != sources_stamp("cps_envs.core.kernels")
+    assert sources_stamp(module) != sources_stamp("cps_envs.core.compute.kernels")
 
 
 KERNELS = """
-from cps_envs.core.kernels import kernel
+from cps_envs.core.compute.kernels import kernel
 from {package}.law import gain
 
 @kernel
@@ -192,7 +192,7 @@ def misses() -> int:
     return sum(run.stats.cache_misses.values())
 """
 LAW = """
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
 
 @inlined
 def gain(x: float) -> float:

@@ -10,9 +10,9 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
 import cps_envs
+from cps_envs.core.declare.seeds import TRAINING_START, training_seed
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
-from cps_envs.core.seeds import TRAINING_START, training_seed
+from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import Role
 from cps_envs.rogue.problem import ROGUE
 from tests.core.toy import TOY, ToyAttackVectorEnv, ToyDefenseVectorEnv

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from cps_envs.core import lookup
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near, require
-from cps_envs.core.lookup import policy_names, resolve_policy
-from cps_envs.core.policy import Idle, RoleSpec
+from cps_envs.core.policies import lookup
+from cps_envs.core.policies.lookup import policy_names, resolve_policy
+from cps_envs.core.policies.policy import Idle, RoleSpec
 from tests.core.toy import TOY, ToyConfig, ToyGame
 from tests.core.toy_policies import Chase
 
@@ -23,7 +23,7 @@ ENTRIES = {
     "toy.defender.chase": "tests.core.toy_policies:Chase",
     "toy.defender.guess": f"{__name__}:Guess",
     "toy.defender.needs": "scipy:Policy",
-    "toy.attacker.chase": "cps_envs.core.policy:Idle",
+    "toy.attacker.chase": "cps_envs.core.policies.policy:Idle",
 }
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from gymnasium.utils import seeding
 
-from cps_envs.core.match import Match
-from cps_envs.core.policy import AnalyticPolicy, Idle, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.game.match import Match
+from cps_envs.core.policies.policy import AnalyticPolicy, Idle, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, State
 from tests.core.toy import ToyConfig, ToyGame
 
 ALL = np.ones(3, np.bool_)

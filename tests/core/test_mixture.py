@@ -10,11 +10,11 @@ import pytest
 from gymnasium.utils import seeding
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.mixture import Mixture, StateBlock, _gather
+from cps_envs.core.policies.mixture import Mixture, StateBlock, _gather
 from cps_envs.core.types import Array
 from tests.core.toy import TOY
 
-MEMBERS = ("cps_envs.core.policy:Idle", "tests.core.toy_policies:Approach", "tests.core.toy_policies:Wander")
+MEMBERS = ("cps_envs.core.policies.policy:Idle", "tests.core.toy_policies:Approach", "tests.core.toy_policies:Wander")
 
 
 def mixture(policies: Any = MEMBERS, weights: Any = None, num_envs: int = 1) -> Mixture:
@@ -51,8 +51,8 @@ def test_weights_are_the_shares_of_the_episodes() -> None:
 
 
 def test_by_name() -> None:
-    options = 'policies=["tests.core.toy_policies:Approach","cps_envs.core.policy:Idle"]&weights=[1,2]'
-    assert play(f"cps_envs.core.mixture:Mixture?{options}", 2, 0, 5).shape[1] == 2
+    options = 'policies=["tests.core.toy_policies:Approach","cps_envs.core.policies.policy:Idle"]&weights=[1,2]'
+    assert play(f"cps_envs.core.policies.mixture:Mixture?{options}", 2, 0, 5).shape[1] == 2
 
 
 @pytest.mark.parametrize("policies", ["none", 3, [], {}])

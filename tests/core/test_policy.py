@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.mixture import Mixture
-from cps_envs.core.policy import AnalyticPolicy, State, ask, takes_masks
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.mixture import Mixture
+from cps_envs.core.policies.policy import AnalyticPolicy, ask, takes_masks
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, State
 from tests.core.toy import ToyConfig, ToyGame
 
 SPEC = ToyGame(ToyConfig(), 1).spec("attacker")
@@ -111,7 +111,7 @@ def test_a_mixture_takes_policies_that_only_predict() -> None:
         def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool = False) -> Any:
             return np.zeros((len(observation), *SPEC.neutral_action.shape), np.float32), None
 
-    mixture = Mixture(SPEC, (Still(), "cps_envs.core.policy:Idle"), [1, 0])
+    mixture = Mixture(SPEC, (Still(), "cps_envs.core.policies.policy:Idle"), [1, 0])
     state = mixture.begin([np.random.default_rng(b) for b in range(2)], [{}, {}])
     actions, _ = mixture.predict(np.zeros((2, SPEC.fields.size), np.float32), state, np.ones(2, np.bool_), True)
     assert not actions.any()

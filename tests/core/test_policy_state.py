@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.policy_state import put, take
+from cps_envs.core.policies.state import put, take
 
 ROWS = np.array([0, 2])
 

@@ -13,8 +13,8 @@ import pytest
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.conformance import find_subject
-from cps_envs.core.forms import declare
-from cps_envs.core.registration import class_name, register
+from cps_envs.core.interfaces.forms import declare
+from cps_envs.core.interfaces.registration import class_name, register
 from tests.core.toy import TOY
 
 TWIN = replace(TOY, name="twin")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.generators import drawing, seeded, streams_of
-from cps_envs.core.kernels import borrowed, kernel
-from cps_envs.core.streams import (
+from cps_envs.core.compute.generators import drawing, seeded, streams_of
+from cps_envs.core.compute.kernels import borrowed, kernel
+from cps_envs.core.compute.streams import (
     between,
     draw_word,
     fill_normal,

@@ -12,9 +12,9 @@ import gymnasium
 import numpy as np
 import pytest
 
+from cps_envs.core.compute.threads import UNTIMED, Threads
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.game import Game
-from cps_envs.core.threads import UNTIMED, Threads
+from cps_envs.core.game.game import Game
 from cps_envs.core.types import BoolArray
 from tests.core.toy import ToyConfig, ToyGame
 

@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 import cps_envs
-from cps_envs.core import lookup
 from cps_envs.core.errors import UntrustedCodeError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.policy import Idle, RoleSpec
-from cps_envs.core.trust import VARIABLE, require_trust
+from cps_envs.core.policies import lookup
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.policy import Idle, RoleSpec
+from cps_envs.core.policies.trust import VARIABLE, require_trust
 from tests.core.toy import TOY, ToyAttackEnv, ToyConfig, ToyGame
 from tests.core.toy_policies import Chase
 
@@ -79,7 +79,7 @@ def test_consent_holds_for_this_process_and_those_it_starts(spec: RoleSpec, monk
     monkeypatch.setenv(VARIABLE, "0")  # is put back afterwards
     cps_envs.trust()
     assert isinstance(resolve_policy(CODE, spec), Chase)
-    program = "from cps_envs.core.trust import require_trust; require_trust('a:b')"
+    program = "from cps_envs.core.policies.trust import require_trust; require_trust('a:b')"
     subprocess.run([sys.executable, "-c", program], check=True)
 
 

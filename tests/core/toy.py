@@ -14,17 +14,17 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
-from cps_envs.core.config import Range, bounds, quantity, validate
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.game import Game
+from cps_envs.core.declare.config import Range, bounds, quantity, validate
+from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.env import RoleEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.problem import Problem
-from cps_envs.core.seen import Seen
-from cps_envs.core.team import Team
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.policies.team import Team
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role, State
 
 MOVES = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)], float)
 ARENA = 4.0
@@ -190,7 +190,7 @@ TOY = Problem(
     fields={"attacker": position_fields, "defender": position_fields},
     opponents={
         "paper": {"attacker": "tests.core.toy_policies:Approach", "defender": "tests.core.toy_policies:Chase"},
-        "learning": {"attacker": "tests.core.toy_policies:Wander", "defender": "cps_envs.core.policy:Idle"},
+        "learning": {"attacker": "tests.core.toy_policies:Wander", "defender": "cps_envs.core.policies.policy:Idle"},
     },
     viewer="tests.core.toy:ToyViewer",
     swarm={"defender": "axis"},

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numba import cuda
 
-from cps_envs.core.kernels import unpack, view
+from cps_envs.core.compute.kernels import unpack, view
 from cps_envs.disbanding.dynamics import advance, advance_episode
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.state import Constants, State

@@ -15,7 +15,7 @@ from cps_baselines.disbanding.quadratic_program import (
     slacks,
     unconstrained,
 )
-from cps_envs.core.kernels import kernel
+from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.types import FloatArray
 
 EXACT = 100_000, 1e-12  # sweeps and tolerance of a dual iteration that ends at the optimum

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_envs.core.match import Match
+from cps_envs.core.game.match import Match
 from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING, LEARNING_ATTACKERS

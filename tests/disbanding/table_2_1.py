@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.disbanding.mpc import PAPER_MATCHING, MpcSettings, stack_mpc
-from cps_envs.core.kernels import records, unpack, view
+from cps_envs.core.compute.kernels import records, unpack, view
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_envs.disbanding.dynamics import advance, command_by_law

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.adapters import STEPS, Follow, FollowRoad, Vehicle
 from cps_envs.disbanding.follower import PLAIN, UNIT, SetPoints, set_points

@@ -12,8 +12,8 @@ from cps_baselines.disbanding.genetic import GeneticAlgorithm
 from cps_baselines.disbanding.plan_search import SearchResult, search_plan
 from cps_baselines.family import Members
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 from tests import episodes

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from cps_envs.core.kernels import view
+from cps_envs.core.compute.kernels import view
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.start import nominal_constants, place, undisturbed, whole_steps

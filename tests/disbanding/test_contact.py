@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.kernels import unpack, view
+from cps_envs.core.compute.kernels import unpack, view
 from cps_envs.core.types import Array
 from cps_envs.disbanding.dynamics import advance, has_ended, keep_order, mark_collisions, stand_still
 from cps_envs.disbanding.state import Constants, State

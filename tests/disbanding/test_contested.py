@@ -12,8 +12,8 @@ from cps_baselines.disbanding.families import OTHER
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
 from cps_baselines.disbanding.timed import distinct
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.config import is_multiple
+from cps_envs.core.compute.kernels import records, view
+from cps_envs.core.declare.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import records, view
-from cps_envs.core.team import grouped
+from cps_envs.core.policies.team import grouped
 from cps_envs.disbanding.config import EASY, PAPER
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.payoff import Metrics, charge, measured

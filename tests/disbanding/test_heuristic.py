@@ -13,7 +13,7 @@ from cps_baselines.disbanding.heuristic_policy import (
     travelled_distance,
     travelled_distance_command,
 )
-from cps_envs.core.kernels import unpack
+from cps_envs.core.compute.kernels import unpack
 from cps_envs.disbanding.state import Constants
 from tests.disbanding.table_2_1 import run, run_heuristic, start, table_2_1
 

@@ -13,8 +13,8 @@ from cps_baselines.disbanding.joint import BEST, PAPER, Joint
 from cps_baselines.disbanding.joint_program import CAPS, PENALTIES, design_joint, joint_scratch, solve_joint
 from cps_baselines.disbanding.quadratic_program import quadratic_program
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING

@@ -20,7 +20,7 @@ from cps_baselines.disbanding.mpc import (
     stack_mpc,
 )
 from cps_baselines.disbanding.quadratic_program import QuadraticProgram, quadratic_program
-from cps_envs.core.kernels import unpack
+from cps_envs.core.compute.kernels import unpack
 from cps_envs.disbanding.state import Constants
 from tests.disbanding.programs import EXACT, by_library, hildreth
 from tests.disbanding.table_2_1 import CELLS, LEAD, metrics, run_mpc, start, table_2_1

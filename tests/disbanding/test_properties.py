@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.state import State

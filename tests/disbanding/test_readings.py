@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.conformance import check_refinement, refine
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.disbanding.config import EASY, INTERPRETATIONS, PAPER
 from cps_envs.disbanding.picture.convoy import lay_out
 from cps_envs.disbanding.problem import DISBANDING

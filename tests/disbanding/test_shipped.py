@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.core.policy import State
-from cps_envs.core.untrained import choices_of
+from cps_envs.core.declare.actions import choices_of
+from cps_envs.core.policies.adapter import adapter_of
+from cps_envs.core.types import State
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.timed import AFTER, BEFORE, DELAYS_S, IDLE, NO_JAM, Timed
 from tests.disbanding.rounds import game_of, started_match
@@ -97,7 +98,7 @@ def test_the_agent_sees_its_plan() -> None:
 def test_any_choices_are_legal_actions(preset: str) -> None:
     game = game_of(3, preset, **({"num_platoons": (4, 6)} if preset == "easy" else {}))
     started_match(game)
-    adapter, generator = game.spec("attacker").adapter("timed"), np.random.default_rng(0)
+    adapter, generator = adapter_of(game.spec("attacker"), "timed"), np.random.default_rng(0)
     state = adapter.begin(3)
     for _ in range(40):
         now = seen_by(game, adapter)

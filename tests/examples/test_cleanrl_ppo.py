@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cps_agents.zoo.files import load
-from cps_envs.core.untrained import choices_of
+from cps_envs.core.declare.actions import choices_of
 from tests.agents.command_line import invoke
 
 

@@ -17,10 +17,10 @@ import pytest
 
 from cps_agents.catalogue import describe_problem
 from cps_envs import find_problem
-from cps_envs.core import lookup
 from cps_envs.core.conformance import CHECKS, Check, find_subject, run_check
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies import lookup
 from tests.agents.command_line import refusal, succeeded
 from tools.pages import environments
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.types import Array
 from cps_envs.fdi.adapters.motion import LEVELS_MPS2, Motion
 from cps_envs.fdi.game import FdiGame

@@ -15,7 +15,7 @@ from cps_baselines.fdi.action_form import ActionForm
 from cps_baselines.fdi.branch_and_bound import AT_REST, PRINTED, SearchTables, find_injections, make_search
 from cps_baselines.fdi.injection import view_of
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
 from cps_envs.fdi.problem import FDI

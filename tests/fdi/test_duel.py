@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.config import bounds
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.kernels import records
+from cps_envs.core.compute.kernels import records
 from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.fdi.filtered import filtered_fields
 from cps_envs.fdi.game import FdiGame

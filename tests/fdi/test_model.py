@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from cps_envs.core.config import configure
-from cps_envs.core.discretisation import matrix_exponential, zero_order_hold
+from cps_envs.core.compute.discretisation import matrix_exponential, zero_order_hold
+from cps_envs.core.declare.config import configure
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
 from cps_envs.fdi.config import FIG_3_2, PRESETS, A

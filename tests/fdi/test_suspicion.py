@@ -15,7 +15,7 @@ from cps_baselines.fdi.disturbance_filter import DRIFT_MPS2, hypothesis_filters
 from cps_baselines.fdi.hypotheses import Hypotheses
 from cps_baselines.fdi.innovation_tests import Chi2, Cusum, Sums
 from cps_baselines.fdi.redundant import RedundantCusum
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI

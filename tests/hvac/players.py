@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.policy import AnalyticPolicy, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, State
 from cps_envs.hvac.attack import absolute_action
 
 

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cps_envs import learning_env
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, Role
+from cps_envs.core.policies.adapter import Adapter, adapter_of
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Role, State
 from cps_envs.hvac.columns import squeeze, squeezed
 from cps_envs.hvac.config import LEARNING
 from cps_envs.hvac.expected import LEVELS
@@ -31,12 +31,12 @@ OTHERS: dict[Role, Role] = {"attacker": "defender", "defender": "attacker"}
 HOUSES = ({}, {"num_sensors": 8}, house(9) | {"num_compromised": 2, "compromised_weights": ()})
 
 
-def adapter_of(role: Role, **overrides: Any) -> Adapter:
-    return spec_of(role, **overrides).adapter(NAMES[role])
+def usual_adapter(role: Role, **overrides: Any) -> Adapter:
+    return adapter_of(spec_of(role, **overrides), NAMES[role])
 
 
 def episode(role: Role, index: int | None, days: int, on_act: OnAct | None = None, other: str = "", **rest: Any) -> Any:
-    policy = Through(adapter_of(role, **rest), index, on_act)
+    policy = Through(usual_adapter(role, **rest), index, on_act)
     players = {role: policy, OTHERS[role]: other or HVAC.opponents["learning"][OTHERS[role]]}
     return play(players["attacker"], players["defender"], range(days), "learning", **rest)
 
@@ -64,7 +64,7 @@ def test_the_filters_innovations_are_held_near_the_level(level: float) -> None:
 
 
 def test_together_the_liars_hold_one_level_and_see_the_mean_of_their_rows() -> None:
-    one, many = spec_of("attacker").adapter("together"), adapter_of("attacker")
+    one, many = adapter_of(spec_of("attacker"), "together"), usual_adapter("attacker")
 
     def look(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
         level = drawn[:, :1]
@@ -90,7 +90,7 @@ def test_only_compromised_sensors_lie_and_the_first_forged_reading_is_honest() -
 
 
 def test_the_joint_belief_names_the_estimator_of_the_believed_sensors() -> None:
-    adapter, sets = adapter_of("defender"), sensor_sets(spec_of("defender").config)
+    adapter, sets = usual_adapter("defender"), sensor_sets(spec_of("defender").config)
     believed = np.array([[code >> shift & 1 for shift in (3, 2, 1, 0)] for code in range(16)])
     seen = Seen(adapter.spec.fields, np.ones((16, adapter.spec.fields.size), np.float32))
     choices, _ = adapter.act(seen, (), believed)
@@ -101,7 +101,7 @@ def test_the_joint_belief_names_the_estimator_of_the_believed_sensors() -> None:
 
 
 def test_where_sets_are_few_the_largest_of_believed_sensors_is_chosen() -> None:
-    adapter = adapter_of("defender", sensor_sets=(1, 0, 1, 2, 0, 3, 4, 0, 2, 3, 4))
+    adapter = usual_adapter("defender", sensor_sets=(1, 0, 1, 2, 0, 3, 4, 0, 2, 3, 4))
     seen = Seen(adapter.spec.fields, np.ones((3, adapter.spec.fields.size), np.float32))
     choices, _ = adapter.act(seen, (), np.array([[1, 1, 1, 0], [0, 1, 1, 1], [0, 1, 0, 0]]))
     assert choices.tolist() == [2, 4, 5]
@@ -111,7 +111,7 @@ def test_where_sets_are_few_the_largest_of_believed_sensors_is_chosen() -> None:
 @pytest.mark.parametrize("overrides", HOUSES)
 def test_any_house_can_be_played_and_actions_are_legal(role: Role, overrides: dict[str, Any]) -> None:
     short = overrides | {"num_steps": 120, "window_steps": 60, "onset_step": 70}
-    adapter = adapter_of(role, **short)
+    adapter = usual_adapter(role, **short)
 
     def look(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
         assert np.isfinite(adapter.observe(seen, state)).all()
@@ -133,11 +133,11 @@ def test_any_house_can_be_played_and_actions_are_legal(role: Role, overrides: di
 )
 def test_where_filters_are_missing_the_adapters_refuse(role: Role, overrides: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match="kalman_filters=true"):
-        adapter_of(role, **overrides)
+        usual_adapter(role, **overrides)
 
 
 def test_agents_are_active_where_an_action_has_an_effect() -> None:
-    adapters = {role: adapter_of(role) for role in NAMES}
+    adapters = {role: usual_adapter(role) for role in NAMES}
 
     def attacker(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
         assert not after[0][~adapters["attacker"].active(seen, state)].any()
@@ -210,7 +210,7 @@ def expected_rows(seen: Seen) -> dict[str, Array]:
 
 
 def test_the_defenders_rows_are_those_of_the_text() -> None:
-    adapter, looks = adapter_of("defender"), []
+    adapter, looks = usual_adapter("defender"), []
 
     def look(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
         looks.append(len(looks))

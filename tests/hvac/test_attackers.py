@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from cps_baselines.hvac.listener import Listener
 from cps_baselines.hvac.stealthy import loss_response
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.hvac.config import LEARNING
 from cps_envs.hvac.game import HvacGame

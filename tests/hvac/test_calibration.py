@@ -12,8 +12,8 @@ from typer.testing import Result
 
 from cps_baselines.hvac.calibrated import SEEDS, calibrate, calibrated_threshold, shipped_thresholds
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 from tests.agents.command_line import invoke, refusal

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.policy import AnalyticPolicy
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.policy import AnalyticPolicy
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.hvac.config import LEARNING, PAPER
 from cps_envs.hvac.game import HvacGame

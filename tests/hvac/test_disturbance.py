@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.generators import seeded
-from cps_envs.core.kernels import kernel
+from cps_envs.core.compute.generators import seeded
+from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HARD, LEARNING, PAPER

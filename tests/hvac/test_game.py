@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.config import bounds
+from cps_envs.core.compute.kernels import view
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import view
 from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.hvac.attack import absolute_action, bias_action
 from cps_envs.hvac.config import PRESETS

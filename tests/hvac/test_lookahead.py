@@ -7,7 +7,7 @@ import pytest
 
 from cps_baselines.hvac.lookahead import Lookahead, go_on
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import policy_names, resolve_policy
+from cps_envs.core.policies.lookup import policy_names, resolve_policy
 from cps_envs.hvac.game import HvacGame
 from tests.hvac.games import go, play, spec_of, started
 

@@ -12,8 +12,8 @@ import pytest
 from cps_baselines.hvac.moving_target import Mtd1, Mtd2, encoded_mean
 from cps_baselines.hvac.replacing import RandomReadings
 from cps_baselines.hvac.stealthy import loss_response
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.game import HvacGame

@@ -13,7 +13,7 @@ import pytest
 
 from cps_agents.datasets import name_of, write_dataset
 from cps_agents.errors import CommandError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.registration import find_problem
 from tests.agents.command_line import succeeded
 

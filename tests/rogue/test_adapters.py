@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.types import Array, Role
 from cps_envs.registration import learning_env
 from cps_envs.rogue.adapters import EFFORTS, Effort, Vehicle, VehicleFull

@@ -12,9 +12,9 @@ from cps_baselines.rogue.disband import Disband
 from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.conformance import check_refinement
-from cps_envs.core.match import Match
-from cps_envs.core.play import finish, play_episodes
-from cps_envs.core.policy import Policy
+from cps_envs.core.game.match import Match
+from cps_envs.core.game.play import finish, play_episodes
+from cps_envs.core.policies.policy import Policy
 from cps_envs.core.types import Array
 from cps_envs.rogue.config import EASY, PAPER, RogueConfig
 from cps_envs.rogue.game import RogueGame

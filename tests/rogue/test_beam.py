@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from cps_baselines.rogue.beam import BEAMS, Beam, BeamPlan, BeamPlanner, plan_by_beam
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.match import Match
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.match import Match
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.testbed.problem import TESTBED

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.rogue.problem import ROGUE
 from tools.rivals.rogue import ATTACKERS, RIVALS, constant

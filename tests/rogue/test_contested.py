@@ -26,7 +26,7 @@ from cps_baselines.rogue.monitor import (
 from cps_baselines.rogue.probing import nearest_traces
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame

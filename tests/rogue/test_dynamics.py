@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy import void
 from scipy.integrate import solve_ivp
 
-from cps_envs.core.kernels import records, unpack, view
+from cps_envs.core.compute.kernels import records, unpack, view
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.contact import touch
 from cps_envs.rogue.controllers import CONTROLLERS

@@ -11,8 +11,8 @@ from cps_baselines.rogue.families import ESCORT
 from cps_baselines.rogue.tracks import TRACKS
 from cps_baselines.tracks import Rival
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 from cps_envs.rogue.problem import ROGUE

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.core.kernels import records, view
+from cps_envs.core.compute.kernels import records, view
 from cps_envs.core.types import Array
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import DRIVEN, HUMAN, SLIDING

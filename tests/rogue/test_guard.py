@@ -11,7 +11,7 @@ from cps_baselines.rogue.families import ESCORT
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.monitor import NOBODY
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.problem import ROGUE

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE

@@ -13,7 +13,7 @@ from cps_baselines.rogue.families import BOXING_IN
 from cps_baselines.rogue.monitor import NOBODY, Monitor, strength
 from cps_baselines.searched import searched
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.rogue.actions import Engine
 from cps_envs.rogue.config import LEARNING, RogueConfig

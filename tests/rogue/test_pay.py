@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_envs.core.kernels import records, unpack, view
+from cps_envs.core.compute.kernels import records, unpack, view
 from cps_envs.core.types import Array
 from cps_envs.rogue.contact import touch
 from cps_envs.rogue.controllers import CONTROLLERS

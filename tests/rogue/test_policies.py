@@ -12,10 +12,10 @@ from cps_baselines.rogue.disband import Disband, followed_error
 from cps_baselines.rogue.random_switching import RandomSwitching
 from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
+from cps_envs.core.compute.kernels import view
 from cps_envs.core.conformance import check_refinement
-from cps_envs.core.kernels import view
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policies.lookup import NEED_OPTIONS, policy_names
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE

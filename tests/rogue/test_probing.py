@@ -15,9 +15,9 @@ import pytest
 from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shipped_answers
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE

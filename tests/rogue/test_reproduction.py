@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.rogue.config import PAPER
 from cps_envs.rogue.controllers import FRONT, LINEAR, REAR
 from cps_envs.rogue.problem import ROGUE

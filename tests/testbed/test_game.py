@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from cps_baselines.disbanding.corrections import CopyDisbanded
-from cps_envs.core.game import Game
-from cps_envs.core.kernels import view
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.compute.kernels import view
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.game import RobotGame

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.kernels import pack, unpack, view
+from cps_envs.core.compute.kernels import pack, unpack, view
 from cps_envs.disbanding.start import place, undisturbed
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig

@@ -12,7 +12,7 @@ from cps_agents.bench.interfaces import ADDED, added_items, items, measure_yards
 from cps_agents.bench.measuring import Findings, measure
 from cps_agents.bench.row import Measurement, Row, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs import PROBLEMS, find_problem
-from cps_envs.core.lookup import policy_names
+from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES
 from tests.agents import command_line
 from tests.core.toy import TOY, ToyGame

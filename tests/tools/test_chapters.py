@@ -16,7 +16,7 @@ import pytest
 
 from cps_agents.cli import whole
 from cps_envs import PROBLEMS, find_problem
-from cps_envs.core.lookup import policy_names
+from cps_envs.core.policies.lookup import policy_names
 from cps_envs.testbed.problem import TESTBED
 from cps_paper.commands.chapters import COMMANDS, Command
 from cps_paper.printed.items import Item, Place, items

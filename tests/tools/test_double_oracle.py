@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.rogue.problem import ROGUE
 from tests.agents.command_line import refusal, succeeded

@@ -11,9 +11,10 @@ import pytest
 
 from cps_agents.errors import CommandError
 from cps_envs import PROBLEMS
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.registration import class_name
-from cps_envs.core.trust import vouched
+from cps_envs.core.interfaces.registration import class_name
+from cps_envs.core.policies.adapter import adapter_of
+from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.trust import vouched
 from cps_envs.core.types import ROLES, other
 from tests.agents.command_line import invoke
 from tools.command import program
@@ -45,7 +46,7 @@ def test_every_role_is_there_with_settings_and_an_opponent_to_hold_out() -> None
     for problem in PROBLEMS.values():
         game = problem.game(problem.presets["learning"], 1)
         for role in ROLES:
-            assert game.spec(role).adapter(problem.training[role].adapter).agents
+            assert adapter_of(game.spec(role), problem.training[role].adapter).agents
             assert problem.training[role].ppo
             for opponent in HELD_OUT[class_name(problem, role)]:
                 resolve_policy(opponent, game.spec(other(role)))

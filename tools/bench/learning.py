@@ -11,7 +11,7 @@ from typing import Any
 from cps_agents.bench.row import Measurement, Values, Yardsticks
 from cps_agents.learning.recipe import SHARED, Recipe
 from cps_agents.recipes.finding import RECIPES
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 
 PART = "learning"
 UPDATES = 2  # that are measured, after one that is not

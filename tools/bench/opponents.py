@@ -14,8 +14,8 @@ from cps_agents.warm import Overrides, configurations
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, Role, other
 
 PART = "opponents"

@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium
 
 from cps_agents.bench.row import Measurement, Values, Yardsticks, calls_per_s
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 
 PART = "resets"
 NUM_ENVS = 1024

@@ -14,8 +14,8 @@ import numpy as np
 
 from cps_agents.bench.interfaces import vector
 from cps_agents.bench.row import ROUNDS, Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
-from cps_envs.core.generators import seeded
-from cps_envs.core.problem import Problem
+from cps_envs.core.compute.generators import seeded
+from cps_envs.core.game.problem import Problem
 from cps_envs.hvac.houses import house
 
 PART = "sizes"

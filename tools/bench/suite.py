@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from cps_agents.bench import interfaces
 from cps_agents.bench.row import Measurement, Row, Values, Yardsticks
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 from tools.bench import opponents, resets, sizes, threads
 
 CARTPOLES = {  # single decisions that may cost so many steps of a single CartPole at most

@@ -9,7 +9,7 @@ from time import perf_counter
 from cps_agents.bench.interfaces import vector
 from cps_agents.bench.row import Measurement, Values, Yardsticks, calls_per_s
 from cps_agents.machine import available_cores
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 
 PART = "threads"
 NUM_ENVS = (64, 1024)

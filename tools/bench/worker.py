@@ -18,10 +18,10 @@ NO_LIMITS = types.SimpleNamespace(updates_per_s=inf, divisions_per_s=inf)
 
 def know_old_names() -> None:
     """Give commit f6bcd2d6 the names that the measures use."""
-    if importlib.util.find_spec("cps_envs.core.generators") is None:
+    if importlib.util.find_spec("cps_envs.core.compute.generators") is None:
         from cps_agents.bench import row
 
-        module: Any = types.ModuleType("cps_envs.core.generators")
+        module: Any = types.ModuleType("cps_envs.core.compute.generators")
         module.seeded = lambda seeds: [np.random.default_rng(seed) for seed in seeds]
         sys.modules[module.__name__] = module
         old: Any = row

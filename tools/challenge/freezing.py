@@ -11,9 +11,10 @@ from cps_agents.files import write_json
 from cps_agents.scoring import frozen
 from cps_agents.scoring.playing import answers, pays, seeds_of
 from cps_baselines.tracks import CHALLENGE, Track
-from cps_envs.core.training import NATIVE
+from cps_envs.core.declare.actions import choices_of
+from cps_envs.core.declare.training import NATIVE
+from cps_envs.core.policies.adapter import adapter_of
 from cps_envs.core.types import FloatArray
-from cps_envs.core.untrained import choices_of
 from cps_envs.registration import find_problem
 from tools.rivals import declared
 from tools.rivals.constants import constants_of, native_constants
@@ -74,7 +75,7 @@ def every_constant(track: Track) -> list[str]:
     adapter = problem.training[track.role].adapter
     if adapter not in {NATIVE, *spec.adapters}:
         adapter = next(iter(spec.adapters))
-    choices = choices_of(spec.adapter(adapter).action_space)
+    choices = choices_of(adapter_of(spec, adapter).action_space)
     constants = declared(track.problem, track.role).constants
     own = constants_of(spec, adapter, MOST_CONSTANTS) if choices else []
     return list(dict.fromkeys(["none", "random", *constants, *native_constants(spec), *own]))

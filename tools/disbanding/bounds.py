@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.problem import DISBANDING

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.disbanding.joint import BEST
-from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.match import Match
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.match import Match
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 from tools.disbanding.bounds import least_error_of_two, least_errors

@@ -15,12 +15,12 @@ import numpy as np
 
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
-from cps_envs.core.config import configure
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray, Role
+from cps_envs.core.declare.config import configure
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, Role, State
 from cps_envs.rogue.config import PAPER, RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import REPORTED, world_config

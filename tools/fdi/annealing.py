@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.fdi.replay import ROUNDING, NoReplayError, replay
-from cps_envs.core.kernels import inlined, kernel
+from cps_envs.core.compute.kernels import inlined, kernel
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_baselines.hvac.replacing import elapsed_steps
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
+from cps_envs.core.policies.policy import AnalyticPolicy
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, State
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HvacConfig

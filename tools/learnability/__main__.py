@@ -17,7 +17,7 @@ from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 from cps_baselines.workers import Workers
 from cps_envs.core.errors import near
-from cps_envs.core.trust import require_trust
+from cps_envs.core.policies.trust import require_trust
 from tools.command import run
 from tools.learnability.judging import HELD_OUT, Learned, Reached, judge, table, to_json
 from tools.learnability.lessons import Lesson, teach

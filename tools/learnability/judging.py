@@ -20,8 +20,8 @@ from cps_agents.zoo.files import find
 from cps_agents.zoo.references import PREFIX, SB3, is_missing
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import PROBLEMS
-from cps_envs.core.problem import Problem
-from cps_envs.core.registration import class_name
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.registration import class_name
 from cps_envs.core.types import ROLES, Role, other
 from tools.rivals import declared
 from tools.rivals.constants import constants_of, native_constants

@@ -16,10 +16,11 @@ from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
 from cps_agents.sheet import Sheet
 from cps_baselines.tracks import tracks
 from cps_envs import PROBLEMS
-from cps_envs.core.config import parameter_table
-from cps_envs.core.problem import Problem
-from cps_envs.core.registration import class_name
-from cps_envs.core.training import NATIVE, Training
+from cps_envs.core.declare.config import parameter_table
+from cps_envs.core.declare.training import NATIVE, Training
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.registration import class_name
+from cps_envs.core.policies.adapter import adapter_of
 from cps_envs.core.types import ROLES, Array, Role
 from tools.pages.diagram import LOOPS, diagram
 
@@ -147,7 +148,7 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     shown: dict[str, list[str]] = {}  # adapters, and the lines of the tables of what they see
     begins = () if training.adapter in (NATIVE, *spec.adapters) else (training.adapter,)  # as a controller plays
     for name in (*spec.adapters, *begins):
-        adapter = spec.adapter(name)
+        adapter = adapter_of(spec, name)
         first, last = adapter.agents[0], adapter.agents[-1]
         who = (
             "One agent acts"

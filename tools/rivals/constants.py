@@ -7,16 +7,17 @@ from itertools import product
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.training import NATIVE
-from cps_envs.core.untrained import choices_of
+from cps_envs.core.declare.actions import choices_of
+from cps_envs.core.declare.training import NATIVE
+from cps_envs.core.policies.adapter import adapter_of
+from cps_envs.core.policies.policy import RoleSpec
 
 MOST_CONSTANTS = 81  # of an adapter; above that they are too many to play
 
 
 def constants_of(spec: RoleSpec, adapter: str, most: int = MOST_CONSTANTS) -> list[str]:
     """A reference to each constant action of an adapter, if at `most` so many; of a continuous one to the neutral."""
-    bound = spec.adapter(adapter)
+    bound = adapter_of(spec, adapter)
     choices = choices_of(bound.action_space)
     if not choices:
         return [f"always?adapter={adapter}&action={bound.neutral_action.tolist()}".replace(" ", "")]

@@ -15,9 +15,9 @@ import numpy as np
 
 from cps_baselines.rogue.probing import trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
-from cps_envs.core.game import Game
-from cps_envs.core.play import play_episodes
-from cps_envs.core.seen import Seen
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE

@@ -20,7 +20,7 @@ from cps_agents.sheet import Sheet
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.rogue.families import BOXING_IN
 from cps_baselines.searched import searched
-from cps_envs.core.config import configure
+from cps_envs.core.declare.config import configure
 from cps_envs.core.documents import read_entry
 from cps_envs.core.types import FloatArray
 from cps_paper.rogue.worlds import SETTING

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.config import configure
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
+from cps_envs.core.declare.config import configure
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cps_baselines.rogue.informed import Informed
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.rogue.problem import ROGUE
 from tools.rivals.rogue import ATTACKERS
 

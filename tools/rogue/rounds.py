@@ -21,8 +21,8 @@ from cps_baselines.rogue.boxing_in import BoxingIn
 from cps_baselines.rogue.families import BOXING_IN
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_baselines.searched import searched
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE

@@ -19,9 +19,9 @@ from cps_agents.sheet import Sheet
 from cps_baselines.rogue.informed import responses
 from cps_baselines.tracks import find_track, written
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.game import Game
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE

@@ -12,12 +12,12 @@ from cps_baselines.rogue.beam import BEAMS, BeamPlanner, plan_by_beam
 from cps_baselines.rogue.identify import Identify, Known, known
 from cps_baselines.rogue.probing import trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
-from cps_envs.core.game import Game
-from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, Role
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference, resolve_policy
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Role, State
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import REPORTED, world_config

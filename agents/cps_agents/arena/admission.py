@@ -15,7 +15,7 @@ from cps_agents.zoo.references import PREFIX, form_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
+from cps_envs.core.policies.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import Role
 
 ALL = "all"  # stands for the usual policies of a role

@@ -11,7 +11,7 @@ from cps_agents.arena.sources import sources_of
 from cps_agents.errors import CommandError, explain
 from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Contestant, Venue
-from cps_envs.core.config import form_fields
+from cps_envs.core.declare.config import form_fields
 from cps_envs.core.documents import Entry
 from cps_envs.registration import find_problem
 
@@ -47,7 +47,7 @@ class Meeting(InVenue):
 
     def run(self) -> Result:
         """`metrics`: each metric's values, one per episode."""
-        from cps_envs.core.play import play_episodes
+        from cps_envs.core.game.play import play_episodes
 
         problem, config = find_problem(self.problem), self.venue.config
         players: Any = {"attacker": self.attacker, "defender": self.defender}

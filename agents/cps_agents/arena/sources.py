@@ -15,7 +15,7 @@ import cps_envs
 from cps_agents.zoo.card import SHIPPED
 from cps_agents.zoo.references import weights_of
 from cps_envs import PROBLEMS
-from cps_envs.core.lookup import policy_entry
+from cps_envs.core.policies.lookup import policy_entry
 from cps_envs.core.types import ROLES
 
 DATA = ("*.py", "*.json", "*.csv")

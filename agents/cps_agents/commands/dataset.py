@@ -11,7 +11,7 @@ from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Pre
 from cps_agents.console import assignments, err, note, print_json
 from cps_agents.datasets import name_of, write_dataset
 from cps_envs import find_problem
-from cps_envs.core.seeds import TRAINING_START
+from cps_envs.core.declare.seeds import TRAINING_START
 from cps_envs.core.types import Role
 
 

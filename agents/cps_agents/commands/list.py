@@ -13,7 +13,7 @@ from cps_agents.console import out, print_json
 from cps_agents.sheet import Cell, Sheet, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import EXTRAS
-from cps_envs.core.lookup import policy_names
+from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES
 
 TOLD = "Told: knows more than it observes. "

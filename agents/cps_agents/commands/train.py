@@ -23,7 +23,7 @@ from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_envs.core.errors import require
-from cps_envs.core.problem import Later
+from cps_envs.core.game.problem import Later
 from cps_envs.core.types import Role, other
 
 NAME = "Environment id such as HvacAttack-v0, recipe of `train --list`, MODULE:CLASS, or all."

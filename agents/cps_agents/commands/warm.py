@@ -18,7 +18,7 @@ from cps_agents.warm import Visit, Warmed, visits
 from cps_agents.warm import warm as warm_up
 from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS, find_problem
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 from cps_envs.registration import BESIDE
 
 FAILED = 1

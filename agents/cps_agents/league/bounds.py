@@ -21,7 +21,7 @@ from cps_agents.league.self_play import (
 )
 from cps_agents.league.strategy import Strategy
 from cps_baselines.arena import Contestant
-from cps_envs.core.seeds import EVALUATION, VALIDATION
+from cps_envs.core.declare.seeds import EVALUATION, VALIDATION
 from cps_envs.core.types import FloatArray
 
 

@@ -27,7 +27,7 @@ from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.searches import SearchSpace
 from cps_baselines.workers import Workers
-from cps_envs.core.seeds import TRAINING_START, VALIDATION
+from cps_envs.core.declare.seeds import TRAINING_START, VALIDATION
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 SEARCH_START = TRAINING_START + 90_000_000  # seeds that no training run plays

@@ -14,7 +14,7 @@ from cps_agents.arena.meeting import InVenue, Result
 from cps_agents.zoo.references import form_of
 from cps_baselines.evolution import Evolution
 from cps_baselines.searches import SearchSpace
-from cps_envs.core.config import configure
+from cps_envs.core.declare.config import configure
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import ConfigurationError, require
 from cps_envs.core.types import SIGN, FloatArray, Role, other
@@ -62,7 +62,7 @@ class SearchJob(InVenue):
 
     def paid(self, policy: str, seeds: Sequence[int]) -> FloatArray:
         """What a policy of the role is paid on some seeds, (E,)."""
-        from cps_envs.core.play import play_episodes
+        from cps_envs.core.game.play import play_episodes
 
         players = {self.role: policy, other(self.role): self.opponent}
         found: FloatArray = (

@@ -27,8 +27,8 @@ from cps_agents.league.strategy import Strategy, mix
 from cps_agents.progress import Progress
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
+from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.documents import Entry, read_entry
-from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 MOST_STEPS = 10**15  # in a file: of training, and of a seed

@@ -11,7 +11,7 @@ from cps_agents.learning.recipe import Recipe
 from cps_agents.zoo.references import card_of, form_of
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
-from cps_envs.core.config import form_fields
+from cps_envs.core.declare.config import form_fields
 from cps_envs.core.types import Role
 
 

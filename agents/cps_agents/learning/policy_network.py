@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from cps_agents.zoo.network import Network, unscaled
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array
 
 ILLEGAL = -1e9  # logit of an action that is not legal; finite, so that entropies are
@@ -17,7 +17,7 @@ NORMAL = 0.5 * math.log(2 * math.pi)
 
 
 class PolicyNetwork(nn.Module):
-    """Two hidden layers each, for actions and for values. It starts as `core.untrained` plays, with a last layer of 0.
+    """Two hidden layers each, for actions and for values. It starts as `core.learning.untrained` plays.
 
     Rows are those of a `LearningVectorEnv`: their last columns are the last action and what is legal.
     """

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from cps_agents.learning.policy_network import PolicyNetwork
 from cps_agents.learning.recipe import Recipe
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 
 LAST_EPISODES = 200  # whose mean return is reported

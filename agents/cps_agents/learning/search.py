@@ -22,8 +22,8 @@ from cps_agents.zoo.files import save
 from cps_agents.zoo.numbers import NamedNumbers, card_of_numbers
 from cps_baselines.evolution import Evolution
 from cps_baselines.family import Family, families, find_family, play_family
+from cps_envs.core.declare.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_envs.core.documents import read_entry
-from cps_envs.core.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
 

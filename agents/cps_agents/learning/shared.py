@@ -28,13 +28,13 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save, starts_of
 from cps_agents.zoo.own import card_of_network
 from cps_agents.zoo.wired import Head, wired_policy, with_scaling
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import Idle, Policy
-from cps_envs.core.seeds import VALIDATION
+from cps_envs.core.declare.seeds import VALIDATION
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.learning.wiring import Scaling
+from cps_envs.core.policies.lookup import PolicyReference
+from cps_envs.core.policies.policy import Idle, Policy
 from cps_envs.core.types import Array, Role, other
-from cps_envs.core.wiring import Scaling
 from cps_envs.registration import find_problem
 
 CHECKPOINT = "checkpoint.safetensors"

@@ -13,7 +13,7 @@ from cps_agents.learning.recipe import SHARED, Recipe, differing, knobs_of
 from cps_agents.zoo.files import find, load
 from cps_agents.zoo.network import Network
 from cps_agents.zoo.references import PREFIX, card_of
-from cps_envs.core.wiring import Scaling
+from cps_envs.core.learning.wiring import Scaling
 
 SAME = ("problem", "role", "adapter", "hold", "recent_s", "rough_s", "run_s", "hidden")  # knobs that both need alike
 

@@ -10,8 +10,8 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.recipes.learning import learning_recipe
 from cps_envs.core.errors import near
-from cps_envs.core.problem import Problem
-from cps_envs.core.trust import require_trust
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.trust import require_trust
 from cps_envs.core.types import ROLES, Role
 from cps_envs.registration import PROBLEMS, find_problem
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from cps_agents.learning.recipe import Recipe
-from cps_envs.core.problem import Problem
-from cps_envs.core.training import Training
+from cps_envs.core.declare.training import Training
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import Role
 
 KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called

@@ -28,7 +28,7 @@ from cps_agents.zoo.references import PREFIX, card_of, is_missing
 from cps_baselines.arena import Contestant
 from cps_baselines.workers import Workers
 from cps_envs import find_problem
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role
 
 DIGITS = 6  # significant, of numbers on the page

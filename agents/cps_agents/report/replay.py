@@ -18,8 +18,8 @@ from gymnasium.utils import seeding
 
 from cps_agents.arena.meeting import Meeting
 from cps_agents.report.reel import reel_of
-from cps_envs.core.fields import Fields
-from cps_envs.core.match import Match
+from cps_envs.core.declare.fields import Fields
+from cps_envs.core.game.match import Match
 from cps_envs.core.picture.recording import Recorder, Shape
 from cps_envs.core.picture.viewer import CanvasViewer, recording_viewer
 from cps_envs.core.types import ROLES, Array, FloatArray, Role

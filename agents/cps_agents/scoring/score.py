@@ -21,7 +21,7 @@ from cps_agents.scoring.playing import Report, parted, pays, seeds_of
 from cps_agents.zoo.lookup import playable
 from cps_agents.zoo.references import by_training_seed
 from cps_baselines.tracks import CHALLENGE, find_track
-from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
 

@@ -20,7 +20,7 @@ from cps_agents.scoring.score import Score
 from cps_agents.zoo.references import by_training_seed
 from cps_baselines.tracks import CHALLENGE, find_track
 from cps_envs.core.documents import MOST_BYTES, read_bytes, read_entry
-from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray
 
 DRAWN = 16  # episodes against each opponent that are played again

@@ -8,9 +8,9 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_agents.zoo.card import Card
+from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.untrained import choices_of
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.registration import PROBLEMS, find_problem
 
 

@@ -11,9 +11,9 @@ from cps_agents.zoo.mixing import mixed
 from cps_agents.zoo.numbers import NamedNumbers, member
 from cps_agents.zoo.wired import WiredPolicy, wired_policy
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
-from cps_envs.core.policy import Policy, RoleSpec
-from cps_envs.core.trust import require_trust
-from cps_envs.core.wiring import WiredBox
+from cps_envs.core.learning.wiring import WiredBox
+from cps_envs.core.policies.policy import Policy, RoleSpec
+from cps_envs.core.policies.trust import require_trust
 
 
 def trained(

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from cps_agents.zoo.card import Card
-from cps_envs.core.adapter import advised_by
-from cps_envs.core.lookup import load, policy_entry
+from cps_envs.core.policies.adapter import advised_by
+from cps_envs.core.policies.lookup import load, policy_entry
 from cps_envs.core.types import ROLES
 
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"

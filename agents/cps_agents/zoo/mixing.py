@@ -16,9 +16,9 @@ from cps_agents.zoo.fitting import check_role
 from cps_agents.zoo.numbers import NamedNumbers, card_of_numbers
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Venue
-from cps_envs.core.lookup import within_budget
-from cps_envs.core.mixture import Mixture
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policies.lookup import within_budget
+from cps_envs.core.policies.mixture import Mixture
+from cps_envs.core.policies.policy import Policy, RoleSpec
 from cps_envs.core.types import Role, other
 
 

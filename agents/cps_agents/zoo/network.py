@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from cps_envs.core.kernels import kernel
+from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.types import Array, IntArray
 
 Tensor: TypeAlias = NDArray[np.float32]

@@ -14,7 +14,7 @@ from cps_agents.zoo.fitting import check_role, count_actions
 from cps_baselines.arena import Venue
 from cps_baselines.family import find_family
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policies.policy import Policy, RoleSpec
 from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.registration import find_problem
 

@@ -14,7 +14,7 @@ from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.network import ACTIVATIONS, Layer, unscaled
 from cps_agents.zoo.wired import Head, card_entry, with_scaling
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array
 
 

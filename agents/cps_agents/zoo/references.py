@@ -10,7 +10,7 @@ from typing import Any
 
 from cps_agents.zoo.card import MIXTURE, Card, read_card
 from cps_agents.zoo.files import find, read_pair
-from cps_envs.core.config import form_fields
+from cps_envs.core.declare.config import form_fields
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.registration import find_problem
 

@@ -15,10 +15,11 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.fitting import check_role, count_actions
 from cps_agents.zoo.network import Network
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, Observation
-from cps_envs.core.wiring import Wired, Wiring
+from cps_envs.core.learning.wiring import Wired, Wiring
+from cps_envs.core.policies.adapter import adapter_of
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, Observation, State
 
 SCALING = ("mean", "deviation")
 Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logits or means (n, k)
@@ -47,7 +48,7 @@ class WiredPolicy(AnalyticPolicy):
             raise ConfigurationError(
                 f"it was trained as the {wiring.role} of {wiring.problem}, not as the {spec.role} of {spec.problem}"
             )
-        self.wired = Wired(wiring, spec.adapter(wiring.adapter))
+        self.wired = Wired(wiring, adapter_of(spec, wiring.adapter))
         self.masked, self.decentralised = wiring.masked, self.wired.adapter.local
         self._outputs, self._head = outputs, head
         columns = self.wired.columns
@@ -126,7 +127,7 @@ def wired_policy(spec: RoleSpec, card: Card, network: Network, *, sampled: bool 
     head = Head(stickiness, network.log_deviation, usual if sampled is None else sampled)
     tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
     plain = Wiring(spec.problem, spec.role, **{**entry, **tuples})
-    columns = Wired(plain, spec.adapter(plain.adapter)).columns
+    columns = Wired(plain, adapter_of(spec, plain.adapter)).columns
     mean, deviation = (tuple(each[: columns.scaled].tolist()) for each in (network.mean, network.deviation))
     unscaled = replace(network, mean=np.zeros_like(network.mean), deviation=np.ones_like(network.deviation))
     wiring = replace(plain, mean=mean, deviation=deviation)

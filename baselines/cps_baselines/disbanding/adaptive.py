@@ -6,9 +6,9 @@ import numpy as np
 
 from cps_baselines.disbanding.timed import Timed, count_platoons
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, State
 
 HALF = 0.5  # of an entry that is 0 or 1
 

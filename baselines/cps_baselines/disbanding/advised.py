@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.disbanding.string_controller import Gains, shipped_gains
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.adapters import Follow
 from cps_envs.disbanding.follower import SetPoints

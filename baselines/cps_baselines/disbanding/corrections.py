@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, lend, pack, unpack
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.kernels import Record, borrowed, fill, inlined, kernel, lend, pack, unpack
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Knowledge, Observation, State
 
 SPEED_MATCHING = 1.0  # 1/s, chosen; 0.5 to 4 give the same errors within 0.1 points
 HALF = 0.5  # of an entry that is 0 or 1

@@ -14,7 +14,7 @@ from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringContr
 from cps_baselines.family import Family, Number
 from cps_baselines.searched import built
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policies.policy import Policy, RoleSpec
 from cps_envs.core.types import FloatArray
 
 VEHICLES = ("leader", "other")

@@ -9,9 +9,9 @@ from importlib.resources import files
 import numpy as np
 
 from cps_baselines.disbanding.corrections import Corrections, Layout, look, sight_for
-from cps_envs.core.kernels import borrowed, kernel, lend
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.compute.kernels import borrowed, kernel, lend
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 
 SIGNALS = ("gap_error", "relative_speed", "speed_deficit", "predecessor_acceleration", "ahead_speed", "law_command")

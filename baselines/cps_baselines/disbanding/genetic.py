@@ -10,11 +10,11 @@ import numpy as np
 from cps_baselines.disbanding.plan_search import Progress, SearchResult, SearchSettings, search_plan
 from cps_baselines.disbanding.plans import NEVER, PlannedAttack
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.game import Game
-from cps_envs.core.match import Match
-from cps_envs.core.play import finish
-from cps_envs.core.policy import Generators, Knowledge, Policy, RoleSpec, State
-from cps_envs.core.types import FloatArray
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.match import Match
+from cps_envs.core.game.play import finish
+from cps_envs.core.policies.policy import Policy, RoleSpec
+from cps_envs.core.types import FloatArray, Generators, Knowledge, State
 
 OBJECTIVES = {"payoff": None, "all": "velocity_error_all", "intact": "velocity_error_intact"}
 

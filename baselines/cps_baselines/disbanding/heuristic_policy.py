@@ -9,11 +9,11 @@ import math
 from typing import NamedTuple
 
 from cps_baselines.disbanding.corrections import Corrections, Layout, Sight, look, sight_for
-from cps_envs.core.config import is_multiple
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, lend, pack, unpack
+from cps_envs.core.declare.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, pack, unpack
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.start import nominal_constants

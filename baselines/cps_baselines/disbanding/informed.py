@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from cps_baselines.disbanding.string_controller import StringController
-from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, Observation, State
 
 TOLD = ("disbanding_s", "position", "speed", "acceleration", "command")
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from cps_baselines.disbanding.joint_plan import Forecast, Motions, PlanNumbers, plan_episode
 from cps_baselines.disbanding.joint_program import JointSettings, design_joint, joint_scratch
-from cps_envs.core.config import bounds
+from cps_envs.core.compute.kernels import pack, view
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.kernels import pack, view
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, State
 from cps_envs.disbanding.start import nominal_constants
 
 # Appendix A's horizon, period and weights, as `mpc` has them, for all vehicles at once.

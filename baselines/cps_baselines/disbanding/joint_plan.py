@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.disbanding.joint_program import JointDesign, JointScratch, add_product, respond, solve_joint
-from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack
+from cps_envs.core.compute.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import DEAD_BAND, human_command
 from cps_envs.disbanding.dynamics import final_command

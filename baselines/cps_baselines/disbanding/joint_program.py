@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import clip, copy, fill, inlined
+from cps_envs.core.compute.kernels import clip, copy, fill, inlined
 from cps_envs.core.types import FloatArray
 
 Vector = FloatArray

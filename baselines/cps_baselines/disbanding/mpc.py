@@ -18,7 +18,7 @@ from cps_baselines.disbanding.quadratic_program import (
     slacks,
     unconstrained,
 )
-from cps_envs.core.kernels import clip, inlined, view
+from cps_envs.core.compute.kernels import clip, inlined, view
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.disbanding.state import Constants
 

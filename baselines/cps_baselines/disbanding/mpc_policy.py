@@ -19,10 +19,10 @@ from cps_baselines.disbanding.mpc import (
     predictive_command,
     stack_mpc,
 )
+from cps_envs.core.compute.kernels import borrowed, fill, inlined, kernel, lend, pack, unpack
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import borrowed, fill, inlined, kernel, lend, pack, unpack
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.start import nominal_constants

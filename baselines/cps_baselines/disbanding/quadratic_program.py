@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import copy, fill, inlined
+from cps_envs.core.compute.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray, IntArray
 
 Vector = FloatArray

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.disbanding.timed import HALF, TOLERANCE_S, count_platoons
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Knowledge, State
 
 SPEEDS_MPS = np.array([0.0, 3.0, 8.0, 20.0, 25.0, 30.0])  # of the rear half, between which plans are interpolated
 GAPS_M = np.array([10.0, 17.0])  # the smallest between platoons then, between which they are too: near and far

@@ -16,11 +16,11 @@ import numpy as np
 
 from cps_baselines.disbanding.corrections import HOLD_S, Corrections, Layout, Sight, look, sight_for
 from cps_baselines.family import as_records
-from cps_envs.core.adapter import advises
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, lend, unpack
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, unpack
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.adapter import advises
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 
 

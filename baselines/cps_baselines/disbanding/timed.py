@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Knowledge, State
 
 HALF = 0.5  # of an entry that is 0 or 1
 TOLERANCE_S = 0.01  # of an observed time

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, unpack
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, lend, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import legal_in_slot, place

@@ -6,9 +6,9 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_baselines.fdi.families import task_tracker
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, State
 from cps_envs.fdi.adapters.lying import Lying
 
 MOST = 1.5  # deviations by which an action of 1 raises the margins; chosen

@@ -9,9 +9,9 @@ import numpy as np
 
 from cps_baselines.fdi.branch_and_bound import CORRECTED, SearchTables, fill_sequences, make_search
 from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
-from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, IntArray
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, Generators, IntArray, Knowledge, State
 
 
 class BranchAndBound(InjectionPolicy):

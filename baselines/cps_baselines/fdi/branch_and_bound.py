@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import kernel
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.sensors import KINDS

@@ -23,7 +23,7 @@ from cps_baselines.fdi.action_form import Form, new_slots, open_slots, read, say
 from cps_baselines.fdi.highs import Limits, Program, Solution, load, run, solve
 from cps_baselines.fdi.injection import View, look
 from cps_baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack
-from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack, view
+from cps_envs.core.compute.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack, view
 from cps_envs.core.types import BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.controller import feedback

@@ -9,12 +9,12 @@ from abc import abstractmethod
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import inlined, kernel
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.kernels import inlined, kernel
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, State
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.filtered import MAX_RATE_MPS
 

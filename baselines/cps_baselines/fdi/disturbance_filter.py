@@ -9,8 +9,8 @@ import numpy as np
 
 from cps_baselines.fdi.bank import honest_sets
 from cps_baselines.fdi.platoon_filter import platoon_filter
-from cps_envs.core.config import bounds
-from cps_envs.core.kernels import kernel
+from cps_envs.core.compute.kernels import kernel
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 

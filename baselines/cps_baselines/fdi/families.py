@@ -13,8 +13,8 @@ from cps_baselines.fdi.planner import Planner
 from cps_baselines.fdi.planning import Habits
 from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
 from cps_baselines.searched import built
-from cps_envs.core.adapter import advises
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policies.adapter import advises
+from cps_envs.core.policies.policy import Policy, RoleSpec
 from cps_envs.core.types import FloatArray
 
 MOST_MEMORY = 1.0

@@ -8,13 +8,13 @@ import numpy as np
 
 from cps_baselines.fdi.disturbance_filter import hypothesis_filters
 from cps_baselines.fdi.platoon_filter import hear, platoon_filter
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import borrowed, copy, fill, inlined, kernel, lend
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, copy, fill, inlined, kernel, lend
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.fdi.config import FdiConfig
 
 

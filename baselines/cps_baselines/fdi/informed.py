@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.fdi.platoon_filter import platoon_filter
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, State
 
 
 class Informed(AnalyticPolicy):

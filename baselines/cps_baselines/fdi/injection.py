@@ -8,11 +8,11 @@ import numpy as np
 
 from cps_baselines.fdi.action_form import ActionForm, Form
 from cps_baselines.fdi.branch_and_bound import AT_REST
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel, unpack, view
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.kernels import borrowed, inlined, kernel, unpack, view
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.sensors import Sensors

@@ -12,9 +12,9 @@ import numpy as np
 
 from cps_baselines.fdi.platoon_filter import platoon_filter
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Knowledge, State
 from cps_envs.fdi.config import FdiConfig
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from cps_baselines.fdi.continuation import best_from, fastest_from
 from cps_baselines.fdi.injection import InjectionPolicy, View, task_of, view_of
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, State
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.task import Task

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, IntArray, Knowledge, State
 from cps_envs.fdi.adapters.motion import Motion
 
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from cps_baselines.fdi.detectors import ROUNDING, Detector
-from cps_envs.core.config import bounds
+from cps_envs.core.compute.kernels import kernel
+from cps_envs.core.declare.config import bounds
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.kernels import kernel
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 
 DEVIATIONS = 5.0  # chosen: one reading in two million is beyond

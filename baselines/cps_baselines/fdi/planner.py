@@ -11,9 +11,9 @@ from cps_baselines.family import as_records
 from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
 from cps_baselines.fdi.planning import MODULUS, Habits, improve_plans
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, State
 from cps_envs.fdi.selection import chosen_tasks
 
 FIRST_PLANS, LATER_PLANS = 3000, 50  # tried at the first step, and at every later one

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.fdi.injection import View
-from cps_envs.core.kernels import borrowed, clip, inlined, kernel, unpack
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, unpack
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.fdi.state import Constants
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import Record, fill, inlined
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.kernels import Record, fill, inlined
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.estimation import state_of, variance_of

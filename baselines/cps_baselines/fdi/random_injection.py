@@ -9,14 +9,14 @@ import numpy as np
 
 from cps_baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, take
 from cps_baselines.fdi.injection import InjectionPolicy, look, new_view
+from cps_envs.core.compute.generators import streams_of
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import borrowed, kernel, lend, unpack
+from cps_envs.core.compute.streams import jumps, skip, uniform
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.generators import streams_of
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, kernel, lend, unpack
-from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.streams import jumps, skip, uniform
-from cps_envs.core.types import Array, BoolArray, IntArray, Observation
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.fdi.state import Constants
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.fdi.innovation_tests import DRIFT, RELEASE_S, Cusum, Sums
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray
 
 PAIR_THRESHOLD = 14.0

@@ -9,12 +9,12 @@ import numpy as np
 
 from cps_baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, said, take
 from cps_baselines.fdi.injection import InjectionPolicy, look, new_view
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel, lend, unpack
 from cps_envs.core.errors import ConfigurationError, require
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, inlined, kernel, lend, unpack
-from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, IntArray, Observation
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.optima import Record, known, known_within
 from cps_envs.fdi.selection import chosen_tasks

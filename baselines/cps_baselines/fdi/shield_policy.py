@@ -7,10 +7,10 @@ import numpy as np
 from cps_baselines.fdi.continuation import screen
 from cps_baselines.fdi.injection import new_views, task_of
 from cps_baselines.fdi.shields import make_shield
-from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, ask, begun
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.lookup import PolicyReference, resolve_policy
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, ask, begun
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, State
 
 
 class Shielded(AnalyticPolicy):

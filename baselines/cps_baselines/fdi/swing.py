@@ -6,12 +6,12 @@ import numpy as np
 
 from cps_baselines.fdi.action_form import Form
 from cps_baselines.fdi.injection import InjectionPolicy, View, look, new_views
+from cps_envs.core.compute.kernels import borrowed, kernel, unpack, view
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.kernels import borrowed, kernel, unpack, view
-from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, IntArray, Observation
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.fdi.state import Constants
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from cps_baselines.fdi.injection import View, view_of
 from cps_baselines.fdi.platoon_filter import platoon_filter
 from cps_baselines.fdi.tracker import Tracker
-from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Knowledge, State
 
 PROBE_STEPS = 2  # until it shows whether readings of a probe were used
 LOUD_S = 2.0  # of lies that open the gap where nobody defends, as `swing`

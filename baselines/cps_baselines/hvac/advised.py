@@ -6,10 +6,10 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_baselines.hvac.families import bayes
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, Observation
+from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Observation, State
 from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.columns import squeeze, squeezed
 

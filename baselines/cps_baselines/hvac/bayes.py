@@ -8,11 +8,11 @@ import numpy as np
 
 from cps_baselines.hvac.hypotheses import BIAS_KEPT, START, Beliefs, HypothesisTables, hypotheses
 from cps_baselines.hvac.replacing import elapsed_steps
+from cps_envs.core.compute.kernels import copy, fill, inlined, kernel, lend
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import copy, fill, inlined, kernel, lend
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, State
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.dynamics import drift
 from cps_envs.hvac.kalman import memory

@@ -7,9 +7,9 @@ import numpy as np
 from cps_baselines.hvac.replacing import attack_age, elapsed_steps
 from cps_baselines.hvac.stealthy import MAX_BIAS_C
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, State
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.sensors import sensor_sets

@@ -17,9 +17,9 @@ import numpy as np
 
 from cps_baselines.hvac.moving_target import Mtd2
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.game import Game
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame

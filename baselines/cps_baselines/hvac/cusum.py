@@ -6,9 +6,9 @@ import numpy as np
 
 from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, State
 
 
 class Cusum(AnalyticPolicy):

@@ -14,8 +14,8 @@ from cps_baselines.hvac.bayes import Bayes
 from cps_baselines.hvac.hypotheses import START, Beliefs
 from cps_baselines.hvac.tracker import Tracker
 from cps_baselines.searched import built
-from cps_envs.core.adapter import advises
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policies.adapter import advises
+from cps_envs.core.policies.policy import Policy, RoleSpec
 from cps_envs.core.types import FloatArray
 
 STEP = Beliefs(  # of the logarithm of each number

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.seen import Seen
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HvacConfig

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.hvac.hypotheses import FilterChoices
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, State
 from cps_envs.hvac.sensors import sensor_sets
 
 

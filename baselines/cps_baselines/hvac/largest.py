@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.hvac.hypotheses import MEMORY_STEPS, MOST, FilterChoices
+from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import kernel
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Knowledge, State
 
 
 class Largest(AnalyticPolicy):

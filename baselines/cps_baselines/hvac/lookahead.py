@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, Generators, Knowledge, State
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.game import HvacGame
 

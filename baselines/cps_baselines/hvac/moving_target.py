@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import kernel
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, State
 from cps_envs.hvac.sensors import sensor_sets
 
 FALLBACKS = ("least_mean", "model")

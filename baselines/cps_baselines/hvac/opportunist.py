@@ -7,9 +7,9 @@ import numpy as np
 from cps_baselines.hvac.brink import Brink
 from cps_baselines.hvac.tracker import Tracker
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Knowledge, State
 from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.sensors import sensor_sets

@@ -8,9 +8,9 @@ import numpy as np
 
 from cps_baselines.hvac.stealthy import MAX_BIAS_C, ROOT_C_PER_H, UNIT_H, Stealthy
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import FloatArray, IntArray
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import FloatArray, IntArray, State
 from cps_envs.hvac.sensors import zones_of_sensors
 
 

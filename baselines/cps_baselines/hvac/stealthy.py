@@ -10,9 +10,9 @@ import numpy as np
 
 from cps_baselines.hvac.replacing import attack_age
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, State
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HvacConfig

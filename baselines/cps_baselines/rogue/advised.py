@@ -15,11 +15,11 @@ from cps_baselines.rogue.identify import known
 from cps_baselines.rogue.monitor import NOBODY, Monitor
 from cps_baselines.rogue.reading import levels_of
 from cps_baselines.rogue.switching import SIGNALS, switch
+from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.fields import Field, Fields
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, IntArray, Observation
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation, State
 from cps_envs.rogue.actions import LEVELS, choices_of
 from cps_envs.rogue.adapters import Effort, Vehicle
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, LINEAR, SLIDING

@@ -6,9 +6,9 @@ import numpy as np
 
 from cps_baselines.rogue.controllers import require_modes
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, IntArray, State
 from cps_envs.rogue.actions import MODIFIED, PLAIN
 from cps_envs.rogue.controllers import CONTROLLERS
 

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.compute.kernels import unpack
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import unpack
-from cps_envs.core.match import Match
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.game.match import Match
+from cps_envs.core.policies.policy import AnalyticPolicy, Policy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, State
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.state import Drawn
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from cps_baselines.family import as_records
 from cps_baselines.rogue.reading import read
+from cps_envs.core.compute.kernels import Record, clip, inlined, kernel, unpack
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, clip, inlined, kernel, unpack
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, Observation
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Observation, State
 from cps_envs.rogue.actions import command_limits
 
 LEAST_GAP_M = 0.2  # that the acceleration which avoids a contact is reckoned with

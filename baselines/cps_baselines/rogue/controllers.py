@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, State
 from cps_envs.rogue.actions import PLAIN
 from cps_envs.rogue.controllers import CONTROLLERS
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from cps_baselines.rogue.controllers import require_modes
 from cps_baselines.rogue.reading import read
+from cps_envs.core.compute.kernels import Record, copy, inlined, kernel
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, copy, inlined, kernel
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation, State
 from cps_envs.rogue.actions import MODIFIED, PLAIN
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN, HUMAN
 

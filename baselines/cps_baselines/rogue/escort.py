@@ -8,11 +8,11 @@ import numpy as np
 
 from cps_baselines.family import as_records
 from cps_baselines.rogue.reading import levels_of, nearest, read, vehicles
+from cps_envs.core.compute.kernels import Record, clip, inlined, kernel, unpack
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, clip, inlined, kernel, unpack
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 
 NOBODY = -1  # the seat while nobody attacks

@@ -8,8 +8,8 @@ from cps_baselines.rogue.escort import Escort, Ways
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.switching import Switching
 from cps_baselines.searched import built
-from cps_envs.core.adapter import advises
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policies.adapter import advises
+from cps_envs.core.policies.policy import Policy, RoleSpec
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
 BEHIND = Manners(  # these and the next came out of a first search: see docs/details/rogue.md

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cps_baselines.rogue.strike import NEVER_AGAIN, Pattern, Striking
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec
 
 
 class ChangedGains(Striking):

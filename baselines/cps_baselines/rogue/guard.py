@@ -6,9 +6,9 @@ import numpy as np
 
 from cps_baselines.rogue.escort import Escort, Ways
 from cps_baselines.rogue.monitor import NOBODY, Monitor
-from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, State
 
 
 class Guard(AnalyticPolicy):

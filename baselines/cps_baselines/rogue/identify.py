@@ -11,9 +11,9 @@ import numpy as np
 
 from cps_baselines.rogue.probing import Answers, Probe, checked_rows
 from cps_baselines.rogue.switching import Switching
-from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policies.adapter import advises
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import Array, FloatArray
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.kernels import Record, clip, inlined
+from cps_envs.core.compute.kernels import Record, clip, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.actions import Engine
 from cps_envs.rogue.controllers import DRIVEN, HUMAN, LINEAR, REAR, SLIDING, drive_behind, drive_freely, linear, sliding

@@ -17,9 +17,9 @@ import numpy as np
 from cps_baselines.rogue.reading import recalled
 from cps_baselines.rogue.switching import switch
 from cps_envs.core.errors import ConfigurationError, near, shown
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, State
 
 LOOKS_S = (0.3, 5.2, 8.8)  # after the onset: `pd`, detectors and disbanders are told apart in this order
 ROUNDING = 1e-3  # of a power ratio that is read from an observation

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.kernels import Record, clip, inlined
-from cps_envs.core.policy import State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import FloatArray, IntArray, Observation
+from cps_envs.core.compute.kernels import Record, clip, inlined
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import FloatArray, IntArray, Observation, State
 from cps_envs.rogue.actions import LEVELS, command_limits
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS

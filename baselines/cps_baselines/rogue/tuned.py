@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.rogue.switching import Switching
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec
 
 
 def tuned(

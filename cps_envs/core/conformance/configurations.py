@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.config import bounds, is_list, is_whole
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.subject import Subject
+from cps_envs.core.declare.config import bounds, is_list, is_whole
 from cps_envs.core.errors import ConfigurationError
 
 PAIRS = 60  # of edges that are tried together, unless told otherwise

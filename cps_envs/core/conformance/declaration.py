@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.conformance.subject import NUM_ENVS, Subject
-from cps_envs.core.game import Game
+from cps_envs.core.game.game import Game
 from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.types import ROLES
 
@@ -17,7 +17,7 @@ def check_declaration(subject: Subject) -> None:
     game = problem.game(problem.config(preset, {}), NUM_ENVS)
     kind = type(game).__name__
     for attribute in Game.__annotations__:
-        assert hasattr(game, attribute), f"{kind} has no {attribute!r}, which cps_envs.core.game.Game explains"
+        assert hasattr(game, attribute), f"{kind} has no {attribute!r}, which cps_envs.core.game.game.Game explains"
     assert game.name == problem.name, f"{kind}.name is {game.name!r}, but its Problem's is {problem.name!r}"
     for each in ROLES:
         interval = game.decision_interval[each]

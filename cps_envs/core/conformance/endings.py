@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from gymnasium.error import ResetNeeded
 
+from cps_envs.core.compute.generators import seeded
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.recording import difference, episode_steps, record
 from cps_envs.core.conformance.subject import NUM_ENVS, NotApplicableError, Subject
-from cps_envs.core.game import Game
-from cps_envs.core.generators import seeded
+from cps_envs.core.game.game import Game
 from cps_envs.core.types import ROLES, BoolArray
 
 EPISODES = 3

@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.recording import episode_steps, record
 from cps_envs.core.conformance.subject import NotApplicableError, Subject
-from cps_envs.core.fields import Fields
+from cps_envs.core.declare.fields import Fields
 from cps_envs.core.types import Array, Observation
 
 LIVE_ENVS = 8

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cps_envs.core.config import configure
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
-from cps_envs.core.problem import Problem
+from cps_envs.core.declare.config import configure
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Role
 
 

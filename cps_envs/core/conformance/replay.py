@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cps_envs.core.policy import Generators, Knowledge, State
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.types import Array, BoolArray, Generators, Knowledge, State
 
 
 class Scripted:

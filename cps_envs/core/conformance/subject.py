@@ -12,12 +12,12 @@ import gymnasium
 from gymnasium.envs.registration import load_env_creator, parse_env_id
 from gymnasium.vector import AutoresetMode
 
-from cps_envs.core.game import Game
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.env import RoleEnv
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.problem import Problem
 from cps_envs.core.types import Role
 
 NUM_ENVS = 3  # of the batches that the checks make

@@ -25,8 +25,8 @@ from cps_envs.core.conformance.payoff import check_metrics, check_return, check_
 from cps_envs.core.conformance.pictures import check_rendering
 from cps_envs.core.conformance.subject import NotApplicableError, Subject, find_subject
 from cps_envs.core.conformance.transport import check_pickled_generator, check_pickling, check_spec, check_subprocess
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.env import RoleEnv
-from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 
 Check = Callable[[Subject], None]

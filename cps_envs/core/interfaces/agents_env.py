@@ -11,17 +11,15 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
-from cps_envs.core.actions import SHOWN, ActionReader
+from cps_envs.core.declare.actions import SHOWN, ActionReader, choices_of
 from cps_envs.core.errors import shown
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.options import check_count, check_options
 from cps_envs.core.interfaces.outside import Outside
-from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
-from cps_envs.core.policy import State
-from cps_envs.core.problem import Problem
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import AGENTS, Array, FloatArray, Observation, Role
-from cps_envs.core.untrained import choices_of
+from cps_envs.core.policies.lookup import PolicyReference
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import AGENTS, Array, FloatArray, Observation, Role, State
 
 Infos = dict[str, dict[str, Any]]
 Result = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], Infos]

@@ -11,13 +11,13 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from cps_envs.core.actions import ActionReader
+from cps_envs.core.declare.actions import ActionReader
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.info import episode_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.interfaces.options import check_count, check_options
-from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
-from cps_envs.core.problem import Problem
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import SIGN, Array, BoolArray, Observation, Role, other
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.game import Game
+from cps_envs.core.game.game import Game
 from cps_envs.core.types import BoolArray, Role
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cps_envs.core.game import Game
+from cps_envs.core.game.game import Game
 from cps_envs.core.types import BoolArray, Role
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.game import Game
-from cps_envs.core.policy import State
-from cps_envs.core.seen import Seen
-from cps_envs.core.team import Team, grouped
-from cps_envs.core.types import SIGN, Array, FloatArray, Observation, Role
+from cps_envs.core.game.game import Game
+from cps_envs.core.policies.adapter import Adapter, adapter_of
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.policies.team import Team, grouped
+from cps_envs.core.types import SIGN, Array, FloatArray, Observation, Role, State
 
 
 class Outside:
@@ -24,7 +23,7 @@ class Outside:
             ConfigurationError: it does not fit the configuration, or the game has no team of its agents.
         """
         self._game, self.role = game, role
-        self.adapter: Adapter = game.spec(role).adapter(adapter)
+        self.adapter: Adapter = adapter_of(game.spec(role), adapter)
         self.agents = self.adapter.agents
         self.team = self._team(adapter) if len(self.agents) > 1 or self.adapter.local else None
 
@@ -33,7 +32,7 @@ class Outside:
             return grouped(self._game.team(self.role), self.agents)
         except TypeError as error:
             whole = f"the adapter {adapter!r} has {len(self.agents)} agent{'s' * (len(self.agents) > 1)}, but {error}"
-            remedy = f"write {type(self._game).__name__}.team(role), see cps_envs.core.team"
+            remedy = f"write {type(self._game).__name__}.team(role), see cps_envs.core.policies.team"
             raise ConfigurationError(f"{whole}: {remedy}") from error
 
     def seen(self) -> Seen:

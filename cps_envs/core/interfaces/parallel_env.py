@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cps_envs.core.declare.training import NATIVE
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.agents_env import AgentsEnv
-from cps_envs.core.problem import Problem
-from cps_envs.core.training import NATIVE
 from cps_envs.core.types import ROLES, Role
 
 

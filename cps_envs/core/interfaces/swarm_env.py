@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.agents_env import AgentsEnv
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.problem import Problem
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Role, other
 
 

@@ -10,18 +10,17 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from cps_envs.core.actions import ActionReader
-from cps_envs.core.clock import mark_ends
+from cps_envs.core.compute.clock import mark_ends
+from cps_envs.core.compute.generators import seeded
+from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.errors import shown
-from cps_envs.core.generators import seeded
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.interfaces.options import check_autoreset, check_count, check_options
-from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
-from cps_envs.core.policy import Generators
-from cps_envs.core.problem import Problem
-from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
+from cps_envs.core.policies.lookup import PolicyReference
+from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Generators, Observation, Role, other
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 

@@ -8,8 +8,8 @@ from typing import Any
 import gymnasium
 
 from cps_envs.core.errors import ConfigurationError, require, shown
-from cps_envs.core.game import Game
-from cps_envs.core.problem import Problem
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import Array
 
 RENDER_MODES = ["rgb_array", "human"]

@@ -6,12 +6,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
+from cps_envs.core.game.problem import Problem, imported
 from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.frame import HEIGHT, WIDTH
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.pixels import PixelCanvas
 from cps_envs.core.picture.recording import Recorder
-from cps_envs.core.problem import Problem, imported
 from cps_envs.core.types import Array
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.config import bounds
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.picture.palette import Color, along
 from cps_envs.core.picture.vehicle import VEHICLE_M
 from cps_envs.core.types import BoolArray, FloatArray

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.fields import Field
-from cps_envs.core.kernels import inlined
+from cps_envs.core.compute.kernels import inlined
+from cps_envs.core.declare.fields import Field
 
 MOST = 5.3  # asinh(100): 10 m, 5 m/s, 20 m/s2, 5 deviations are the most that is shown; chosen
 GAP_M = 0.1  # units, chosen: a third to a half of what entries vary by while nobody attacks

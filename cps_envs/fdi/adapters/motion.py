@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.fields import decode_entry
-from cps_envs.core.kernels import kernel
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.core.compute.kernels import kernel
+from cps_envs.core.declare.fields import decode_entry
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation, State
 from cps_envs.fdi.adapters.lying import Lying, Sight, Voice
 
 LEVELS_MPS2 = (-2.0, -1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0, 2.0)  # chosen; disturbances deviate by 0.3 to 0.5

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.adapter import Adapter
-from cps_envs.core.fields import Field, Fields, decode_entry, encode_row
-from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, inlined, kernel
-from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel
+from cps_envs.core.declare.fields import Field, Fields, decode_entry, encode_row
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation, State
 from cps_envs.fdi.adapters.bending import COMMAND_MPS2, GAP_M, SPEED_MPS, bent, bent_field
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.team import check_duel, sensor_gaps, sensor_names

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.kernels import unpack
+from cps_envs.core.compute.kernels import unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, DRIVEN

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cps_envs.core.config import bounds
+from cps_envs.core.declare.config import bounds
 from cps_envs.disbanding.dynamics import STOP_MPS
 from cps_paper.claims import Claim, Finding, joined
 from cps_paper.disbanding.experiments import ATTACK_S, STRINGS, TAUS_S, DisbandingEvidence

@@ -20,7 +20,7 @@ from cps_baselines.disbanding.mpc import (
     mpc_scratch,
     predictive_command,
 )
-from cps_envs.core.kernels import inlined, kernel, unpack, view
+from cps_envs.core.compute.kernels import inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.dynamics import account, command_by_law, final_command, first_mitigable, has_ended, integrate

@@ -10,7 +10,7 @@ from typing import Any
 
 from cps_baselines.disbanding.genetic import GivenPlans
 from cps_baselines.disbanding.plan_search import Evaluate, SearchResult, SearchSettings, search_plan
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 from cps_paper.disbanding.played import DEFENDERS, READINGS, PlayedReading, PlayedScenario

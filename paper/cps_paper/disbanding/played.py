@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from cps_envs.core.config import configure
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
+from cps_envs.core.declare.config import configure
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Role
 from cps_envs.disbanding.config import PRESETS, DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING

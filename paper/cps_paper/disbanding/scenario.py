@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.disbanding.mpc import PAPER_MATCHING, stack_mpc
-from cps_envs.core.kernels import pack
+from cps_envs.core.compute.kernels import pack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.dynamics import advance

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.game import Game
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Role
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from cps_envs.core.config import bounds
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import FloatArray
 from cps_paper.claims import Claim, Finding, applying, joined
 from cps_paper.rogue.claims import CLAIMS, FAR_LESS

@@ -10,8 +10,8 @@ import numpy as np
 
 from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import shipped_weights
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import OSCILLATION, PAPER, RogueConfig
 from cps_envs.rogue.picture.scene import Scene

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import bounds
+from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.rogue.config import PAPER, RogueConfig
 from cps_paper.claims import joined

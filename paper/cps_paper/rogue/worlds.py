@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_baselines.rogue.switching import Switching
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.play import play_episodes
+from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import PAPER, RogueConfig
 from cps_envs.rogue.problem import ROGUE

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.game import Game
-from cps_envs.core.play import play_episodes
+from cps_envs.core.game.game import Game
+from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.game import RobotGame

@@ -9,8 +9,8 @@ import gymnasium
 import numpy as np
 
 from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
-from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 from tools.reliability.chunk import Chunk
 from tools.reliability.fuzz.judging import Tally, wrong_numbers

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.config import is_whole
 from cps_envs.core.conformance.actors import Crew
+from cps_envs.core.declare.config import is_whole
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
-from cps_envs.core.lookup import GROUP, policy_names
+from cps_envs.core.policies.lookup import GROUP, policy_names
 from cps_envs.core.types import ROLES
 from tools.reliability.chunk import Chunk
 from tools.reliability.fuzz.actions import seat

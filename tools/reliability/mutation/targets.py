@@ -184,18 +184,18 @@ VERDICTS = (
     *_of("tests/disbanding/test_reproduction.py", "recovery_is_for_good_and_by_both_shares"),
 )
 TARGETS = (
-    Target("cps_envs/core/match.py", _core(*CORE), 40),
+    Target("cps_envs/core/game/match.py", _core(*CORE), 40),
     Target(
         "cps_envs/core/interfaces/vector_env.py",
         _core("reset_masks", "environments", "frame_skip", "edges", "rendering"),
         40,
     ),
-    Target("cps_envs/core/actions.py", _core("actions")),
-    Target("cps_envs/core/clock.py", _core("clock", "match", "environments")),
-    Target("cps_envs/core/mixture.py", _core("mixture", "policy")),
-    Target("cps_envs/core/streams.py", _core("streams")),
-    Target("cps_envs/core/generators.py", _core("generators", "streams")),
-    Target("cps_envs/core/fields.py", _core("fields")),
+    Target("cps_envs/core/declare/actions.py", _core("actions")),
+    Target("cps_envs/core/compute/clock.py", _core("clock", "match", "environments")),
+    Target("cps_envs/core/policies/mixture.py", _core("mixture", "policy")),
+    Target("cps_envs/core/compute/streams.py", _core("streams")),
+    Target("cps_envs/core/compute/generators.py", _core("generators", "streams")),
+    Target("cps_envs/core/declare/fields.py", _core("fields")),
     Target(
         "agents/cps_agents/zoo/network.py", ("tests/agents/test_zoo_network.py", "tests/agents/test_zoo_damage.py"), 40
     ),

@@ -1,0 +1,152 @@
+"""Where compiled kernels are kept, and how the cache notices that one has to be compiled again.
+
+Numba by itself looks at the file of a kernel alone. Most of ours are made of functions from several files, so that an
+edit of one of those would go unnoticed. Here a kernel's stamp covers every file of its package that it imports,
+directly or through others. What a process compiles is told by `compiling`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import re
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.sigutils import normalize_signature
+
+from cps_envs.core.compute.compiling import announce, declared, loaded, tell
+
+IMPORT = re.compile(r"^(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+([\w.]+))", re.MULTILINE)
+OURS = "cps_envs"
+
+UNKEPT = (
+    "cps_envs: compiled kernels cannot be kept, because no folder for them can be written, so every process compiles "
+    "them anew. Set NUMBA_CACHE_DIR to a folder that can be written."
+)
+
+Dispatcher = TypeVar("Dispatcher", bound=Callable[..., Any])
+
+
+class Index(IndexDataCacheFile):
+    """The index of the compiled forms that are kept of a function; one that cannot be read counts as empty.
+
+    It names the classes of the signatures, which may have gone since it was written, or it may be damaged.
+    """
+
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()  # type: ignore[no-untyped-call]
+        except Exception:  # whatever a file of unknown content does to pickle
+            return {}
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return super()._load_data(name)  # type: ignore[no-untyped-call]
+        except Exception as error:
+            raise OSError(f"{name} cannot be read: {error}") from error  # numba then compiles anew
+
+
+class SourceCache(FunctionCache):
+    """Numba's cache of a function, valid for the sources of everything that the function's module imports of us."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        stamp = sources_stamp(function.__module__)
+        self._cache_file = Index(self._cache_path, self._impl.filename_base, stamp)  # type: ignore[no-untyped-call]
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled function for a signature; None if there is none, and numba then compiles it.
+
+        Two processes that compile at once may write the same file for different signatures: the last one stays, and
+        the other one's is not used but compiled again.
+        """
+        found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        if found is None or tuple(found.signature.args) != tuple(normalize_signature(sig)[0]):  # type: ignore[no-untyped-call]
+            return announce(name_of(self._py_func))
+        loaded.append(name_of(self._py_func))
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled function; a full or read-only disk costs time at the next start, nothing else."""
+        try:
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        except OSError:
+            tell(UNKEPT)
+
+
+class Unkept(NullCache):
+    """The cache of a function where no folder can be written: it keeps nothing."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._py_func = function
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Nothing: numba compiles."""
+        tell(UNKEPT)
+        return announce(name_of(self._py_func))
+
+
+def cache_by_sources(dispatcher: Dispatcher) -> Dispatcher:
+    """Give a jitted function a `SourceCache`; one without a file, from a prompt say, is compiled anew each time."""
+    function = dispatcher.py_func  # type: ignore[attr-defined]
+    declared.append(name_of(function))
+    if Path(function.__code__.co_filename).is_file():
+        try:
+            dispatcher._cache = SourceCache(function)  # type: ignore[attr-defined]
+        except RuntimeError:  # numba found no folder that it may write to
+            dispatcher._cache = Unkept(function)  # type: ignore[attr-defined]
+    return dispatcher
+
+
+def name_of(function: Callable[..., Any]) -> str:
+    """How a kernel is called in what is told of it."""
+    return f"{function.__module__}.{function.__qualname__}"
+
+
+def sources_stamp(module: str) -> str:
+    """A digest of a module's source and of all modules of its own package and of `cps_envs` that it reaches."""
+    digest = hashlib.sha256()
+    for name in sorted(reach(module)):
+        digest.update(name.encode() + b"\0" + source(name) + b"\0")
+    return digest.hexdigest()
+
+
+def reach(module: str) -> set[str]:
+    """The modules of a module's own package and of `cps_envs` that it imports at its top level, and theirs, and so on.
+
+    Modules that are not loaded yet do not count: a kernel can only use what is.
+    """
+    packages = {module.partition(".")[0], OURS}
+    found, waiting = {module}, [module]
+    while waiting:
+        for name in imports(waiting.pop()):
+            if name not in found and name in sys.modules and name.partition(".")[0] in packages:
+                found.add(name)
+                waiting.append(name)
+    return found
+
+
+@functools.cache
+def source(module: str) -> bytes:
+    """The source of a loaded module; nothing where it has no file."""
+    path = getattr(sys.modules[module], "__file__", None)
+    return Path(path).read_bytes() if path and Path(path).is_file() else b""
+
+
+@functools.cache
+def imports(module: str) -> tuple[str, ...]:
+    """What the top level of a module imports: modules, and names that may be modules."""
+    return tuple(_imported(source(module).decode("utf-8", "replace")))
+
+
+def _imported(text: str) -> Iterator[str]:
+    for package, names, plain in IMPORT.findall(text):
+        if plain:
+            yield plain
+        else:
+            yield package
+            yield from (f"{package}.{name}" for name in re.findall(r"\w+", names))

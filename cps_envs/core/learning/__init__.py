@@ -1,0 +1,1 @@
+"""The interface that learners meet: adapters, frame skip and scaled inputs around a role."""

@@ -1,0 +1,216 @@
+"""How a network is wired to a role: through which adapter, how often it decides, and how its inputs are made.
+
+The same wiring makes the rows of a training environment and the inputs of a trained policy that plays anywhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.compute.kernels import kernel
+from cps_envs.core.declare.actions import choices_of
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.learning.untrained import Untrained
+from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.policies.state import put
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role, State
+
+Scaling: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]  # mean and deviation
+CLIP = 5.0  # bound of a scaled input
+LEAST_DEVIATION = 0.02  # of an input; one that hardly varies is not blown up to noise
+OWN = 5  # arrays of a wired player's state before those of its adapter
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Everything that a network needs beside its weights to play a role; plain data.
+
+    A row of inputs has, one after the other: what the adapter shows, its running averages, that of its changes, all of
+    these scaled to (value - mean) / deviation; then the agent's last action, one-hot if it is discrete, zeros at an
+    episode's start; then 1 for each action that is legal, if the role has masks.
+    """
+
+    problem: str
+    role: Role
+    adapter: str
+    frame_skip: int = 1  # decisions of the role for which an action is kept
+    recent_s: tuple[float, ...] = ()  # s, time constants of the running averages
+    rough_s: float = 0.0  # s, time constant of the running average of the changes; 0: none
+    masked: bool = False  # whether the last inputs say what is legal
+    mean: tuple[float, ...] = ()  # of the scaled inputs; empty: they are not scaled
+    deviation: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ConfigurationError: one that makes no sense.
+        """
+        if self.frame_skip < 1:
+            raise ConfigurationError(f"frame_skip = {self.frame_skip} must be at least 1")
+        if any(not 0 < time_s < np.inf for time_s in self.recent_s) or not 0 <= self.rough_s < np.inf:
+            raise ConfigurationError(
+                f"recent_s = {self.recent_s} and rough_s = {self.rough_s} must be times in seconds"
+            )
+        if len(self.mean) != len(self.deviation) or any(not spread > 0 for spread in self.deviation):
+            raise ConfigurationError("mean and deviation must be equally many numbers, each deviation above 0")
+
+
+class WiredBox(spaces.Box):
+    """The rows of a training environment, which carry their wiring.
+
+    Whoever saves the observation space with a model, as stable-baselines3 does, saves with it how to play the model.
+    """
+
+    def __init__(self, columns: Columns, wiring: Wiring, untrained: Untrained) -> None:
+        super().__init__(-CLIP, CLIP, (columns.size,), np.float32)
+        self.columns, self.wiring, self.untrained = columns, wiring, untrained
+        self.acting: BoolArray | None = None  # (rows,) whose last action had an effect, where environments note it
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Where the parts of a row of inputs lie."""
+
+    scaled: int  # how many inputs are scaled, from the first on
+    last_action: int  # how many say what the agent did last, after them
+    mask: int  # how many say what is legal, at the end
+
+    @property
+    def size(self) -> int:
+        """Inputs in a row."""
+        return self.scaled + self.last_action + self.mask
+
+
+class Wired:
+    """A wiring bound to a role. Its methods are pure; `state` is a tuple of arrays with a leading axis of B episodes.
+
+    The state is: what the agents see (B, A, m), its running averages (B, A, n, m), that of its changes (B, A, m), the
+    actions that are kept (B, A, ...), decisions so far (B,), and then what the adapter remembers.
+    """
+
+    def __init__(self, wiring: Wiring, adapter: Adapter) -> None:
+        """Bind it.
+
+        Raises:
+            ConfigurationError: the scaling has another number of inputs than the adapter gives.
+        """
+        self.wiring, self.adapter = wiring, adapter
+        interval_s = adapter.spec.decision_interval_s
+        self._recent = np.array([-np.expm1(-interval_s / time_s) for time_s in wiring.recent_s])
+        self._rough = -np.expm1(-interval_s / wiring.rough_s) if wiring.rough_s else 0.0
+        self.averages = bool(wiring.recent_s or wiring.rough_s)  # whether it has to see every decision of the role
+        parts = 1 + len(wiring.recent_s) + bool(wiring.rough_s)
+        self.choices = choices_of(adapter.action_space)
+        shape = adapter.action_space.shape or ()
+        mask = sum(self.choices) if wiring.masked and self.choices else 0
+        self.columns = Columns(parts * adapter.fields.size, sum(self.choices) or int(np.prod(shape)), mask)
+        if wiring.mean and len(wiring.mean) != self.columns.scaled:
+            raise ConfigurationError(
+                f"the network was trained with {len(wiring.mean)} scaled inputs, and {wiring.adapter!r} gives "
+                f"{self.columns.scaled} here: it was trained in another configuration"
+            )
+        self._neutral = np.asarray(adapter.neutral_action)
+        self._mean = np.array(wiring.mean or (0.0,), np.float32)
+        self._scale = 1 / np.array(wiring.deviation or (1.0,), np.float32)
+
+    def begin(self, num_envs: int) -> State:
+        """The state at the start of episodes."""
+        agents, size = len(self.adapter.agents), self.adapter.fields.size
+        row = np.zeros((num_envs, agents, size), np.float32)
+        averages = np.zeros((num_envs, agents, len(self._recent), size), np.float32)
+        neutral = self.adapter.neutral_action
+        kept = np.full((num_envs, agents, *neutral.shape), neutral)
+        return row, averages, row.copy(), kept, np.zeros(num_envs, np.int64), *self.adapter.begin(num_envs)
+
+    def restart(self, state: State, envs: BoolArray) -> State:
+        """A state with the marked environments (B,) at the start of an episode."""
+        rows = envs.nonzero()[0]
+        fresh = put(tuple(array.copy() for array in state), rows, self.begin(len(rows)), len(envs))
+        assert fresh is not None
+        return fresh
+
+    def due(self, state: State) -> BoolArray:
+        """The environments (B,) in which the agents decide now."""
+        marks: BoolArray = state[4] % self.wiring.frame_skip == 0
+        return marks
+
+    def see(self, seen: Seen, state: State) -> State:
+        """The state after a look; at every decision of the role if `averages`, else when the agents decide."""
+        before, averages, rough, kept, age, *own = state
+        row = self.adapter.observe(seen, tuple(own))
+        first = (age == 0)[:, np.newaxis, np.newaxis]
+        if self._recent.size:
+            averages = averages.copy()
+            _average(row, age == 0, self._recent, averages)
+        if self._rough:
+            change = np.where(first, 0.0, np.abs(row - before) - rough)
+            rough = rough + (self._rough * change).astype(np.float32)
+        return row, averages, rough, kept, age, *own
+
+    def inputs(self, seen: Seen, state: State) -> Observation:
+        """The rows (B, A, columns.size) that a network gets."""
+        row, averages, rough, kept, age, *own = state
+        envs, agents = row.shape[:2]
+        parts = [row, averages.reshape(envs, agents, -1)]
+        if self._rough:
+            parts.append(rough)
+        scaled = np.clip((np.concatenate(parts, axis=2) - self._mean) * self._scale, -CLIP, CLIP)
+        begun = (age > 0)[:, np.newaxis, np.newaxis]
+        columns = [scaled.astype(np.float32), np.where(begun, encode(kept, self.choices), np.float32(0))]
+        if self.columns.mask:
+            mask = self.adapter.masks(seen, tuple(own))
+            columns.append(np.ones((envs, agents, self.columns.mask)) if mask is None else mask)
+        return np.concatenate(columns, axis=2, dtype=np.float32)
+
+    def active(self, seen: Seen, state: State) -> BoolArray:
+        """The agents (B, A) whose action has an effect now."""
+        return self.adapter.active(seen, state[OWN:])
+
+    def keep(self, seen: Seen, state: State, actions: Array) -> State:
+        """The state with new actions (B, A, ...) where the agents decide now; elsewhere the old ones stay.
+
+        Agents that are not active take the neutral action, whatever a network says.
+        """
+        row, averages, rough, kept, age, *own = state
+        ones = (1,) * (kept.ndim - 2)
+        chosen = np.where(self.active(seen, state).reshape(*kept.shape[:2], *ones), actions, self._neutral)
+        return row, averages, rough, np.where(self.due(state).reshape(-1, 1, *ones), chosen, kept), age, *own
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The role's action (B, ...) that follows from the kept ones, and the next state."""
+        *mine, kept, age = state[:OWN]
+        action, own = self.adapter.act(seen, state[OWN:], kept)
+        return action, (*mine, kept, age + 1, *own)
+
+
+@kernel
+def _average(row: Observation, first: BoolArray, gains: FloatArray, averages: Observation) -> None:
+    """Bring running averages (B, A, k, n) up to date with rows (B, A, n), which they begin with where `first` (B,)."""
+    for b in range(row.shape[0]):
+        for a in range(row.shape[1]):
+            for k in range(gains.size):
+                gain = 1.0 if first[b] else gains[k]
+                for i in range(row.shape[2]):
+                    averages[b, a, k, i] += np.float32(gain * (row[b, a, i] - averages[b, a, k, i]))
+
+
+def encode(actions: Array, choices: Sequence[int]) -> Observation:
+    """Actions (B, A, ...) as inputs of a network (B, A, k): one-hot for each discrete entry, else as they are."""
+    flat = actions.reshape(*actions.shape[:2], -1)
+    if not choices:
+        return flat.astype(np.float32)
+    parts = [flat[:, :, entry, np.newaxis] == np.arange(count) for entry, count in enumerate(choices)]
+    return np.concatenate(parts, axis=2).astype(np.float32)
+
+
+def scaling_of(rows: FloatArray | Observation) -> Scaling:
+    """Mean and deviation of the inputs in rows (k, n), as a wiring has them."""
+    spread = np.maximum(rows.std(axis=0), LEAST_DEVIATION)
+    return tuple(rows.mean(axis=0).tolist()), tuple(spread.tolist())

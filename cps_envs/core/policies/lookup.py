@@ -1,0 +1,245 @@
+"""Finding a policy by name, by `module:attribute`, or by being handed it."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import lru_cache, partial
+from importlib.metadata import EntryPoint, entry_points
+from types import MappingProxyType
+from typing import Any, TypeAlias
+from urllib.parse import parse_qsl
+
+from gymnasium import spaces
+
+from cps_envs.core.documents import typed
+from cps_envs.core.errors import EXTRAS, ConfigurationError, MissingExtraError, UnknownNameError, near, shown
+from cps_envs.core.policies.options import check_policy_options
+from cps_envs.core.policies.policy import Policy, RoleSpec, is_decentralised
+from cps_envs.core.policies.trust import require_trust
+from cps_envs.core.types import Role
+
+GROUP = "cps_envs.policies"
+SOURCES = "cps_envs.policy_sources"
+BUILT_IN = {  # for every role of every problem
+    "always": "cps_envs.core.policies.always:Always",
+    "mixture": "cps_envs.core.policies.mixture:Mixture",
+    "none": "cps_envs.core.policies.policy:Idle",
+    "random": "cps_envs.core.policies.uniform:Uniform",  # where no registered policy has this name
+}
+NEED_OPTIONS = ("always", "mixture")  # of these; without options they are nothing
+MOST_INSIDE = 256  # look-ups while the policies of one card are found
+_left: ContextVar[Iterator[int] | None] = ContextVar("left", default=None)
+SHOWN = 80  # characters of a policy that is described in an error
+PolicyReference: TypeAlias = str | Policy
+
+
+@lru_cache(maxsize=2)
+def _registered(group: str = GROUP) -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=group)}
+
+
+def policy_names(problem: str, role: Role) -> list[str]:
+    """The names of a role's policies, sorted: registered ones, and those that every role has."""
+    prefix = f"{problem}.{role}."
+    return sorted({name.removeprefix(prefix) for name in _registered() if name.startswith(prefix)} | set(BUILT_IN))
+
+
+def policy_entry(problem: str, role: Role, name: str) -> EntryPoint | None:
+    """Where the policy of a name comes from; None if nothing has this name."""
+    full = f"{problem}.{role}.{name}"
+    if name in BUILT_IN and full not in _registered():
+        return EntryPoint(full, BUILT_IN[name], GROUP)
+    return _registered().get(full)
+
+
+def load(entry: EntryPoint) -> Any:
+    """What an entry point names.
+
+    Raises:
+        MissingExtraError: a package that it needs, and that an extra brings, is not installed.
+        UnknownNameError: it names what is not there, or its module cannot be imported.
+    """
+    try:
+        return entry.load()
+    except Exception as error:  # whatever a package of somebody else does
+        missing = error.name if isinstance(error, ModuleNotFoundError) else None
+        if missing in EXTRAS:
+            text = f"the policy {entry.name!r} needs the package {missing!r}, which is not installed. "
+            remedy = f'Install it with: pip install "cps-envs[{EXTRAS[missing]}]"'
+            raise MissingExtraError(text + remedy, name=missing) from error
+        fault = _fault(entry, error, missing)
+        raise UnknownNameError(f"the entry point {entry.name} names {entry.value}, but {fault}") from error
+
+
+def _fault(entry: EntryPoint, error: Exception, missing: str | None) -> str:
+    """What is wrong with an entry point, and what to do about it."""
+    remedy = "Correct its line in pyproject.toml and install its package again (ours: make setup)"
+    if f"{entry.module}.".startswith(f"{missing}."):
+        return f"there is no module {missing!r}. {remedy}"
+    module = sys.modules.get(entry.module)
+    if module is None:
+        return f"the module cannot be imported: {type(error).__name__}: {error}"
+    known = [name for name, each in vars(module).items() if getattr(each, "__module__", "") == entry.module]
+    return f"the module has no {entry.attr!r}. {near(entry.attr, known)} {remedy}"
+
+
+@contextmanager
+def within_budget(what: str) -> Iterator[None]:
+    """While the policies that a text of unknown origin names are looked up: so many at most, and no such text inside.
+
+    Raises:
+        ConfigurationError: such a text is inside another one, or it names too many policies.
+    """
+    if _left.get() is not None:
+        raise ConfigurationError(f"a policy of a mixture is a mixture itself: {_short(what)}")
+    token = _left.set(iter(range(MOST_INSIDE)))
+    try:
+        yield
+    finally:
+        _left.reset(token)
+
+
+def _count() -> None:
+    left = _left.get()
+    if left is not None and next(left, None) is None:
+        raise ConfigurationError(f"a mixture of a trained policy names more than {MOST_INSIDE} policies")
+
+
+def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -> Policy:
+    """The policy that a reference names.
+
+    `reference` is one of these:
+
+    - an object with `predict`, used as it is;
+    - a registered name such as `"heuristic"`;
+    - a registered source and a name for it, such as `"zoo:hvac-attack"`, called as `source(name, spec, **options)`;
+    - `"module:attribute"`: a policy, or what makes one when called as `attribute(spec, **options)`. This runs any code,
+      so the user has to agree first, see `cps_envs.trust`.
+
+    A string can end in options, like a query: `"plan?events=[[10,1]]"`. Values are read as JSON where possible.
+
+    Raises:
+        UnknownNameError: no such name, module or attribute, or an entry point that names none.
+        UntrustedCodeError: `module:attribute` without the user's consent.
+        MissingExtraError: the policy needs a package that is not installed.
+        TypeError: what was found is no policy, or is built already and takes no options.
+        ConfigurationError: the policy is for another role or problem, or has other spaces; or it has no such options,
+            or they are malformed or do not fit it.
+    """
+    _count()
+    if not isinstance(reference, str):
+        return _checked(reference, shown(reference), spec, options)
+    name, _, query = reference.partition("?")
+    options = _options(query) | options
+    target = _load(name, spec)
+    if not isinstance(target, type) and hasattr(target, "predict"):
+        return _checked(target, reference, spec, options)
+    check_policy_options(target, options, _short(name))
+    try:
+        built = target(spec, **options)
+    except TypeError as error:
+        raise TypeError(f"the policy {_short(reference)!r} could not be built: {error}") from error
+    except ConfigurationError:
+        raise
+    except (ValueError, AttributeError, ArithmeticError, IndexError, KeyError, RecursionError) as error:
+        if not options:
+            raise
+        raise ConfigurationError(
+            f"the policy {_short(reference)!r} cannot be built with these options: {error}"
+        ) from error
+    return _checked(built, reference, spec)
+
+
+def _options(query: str) -> dict[str, Any]:
+    """The options behind the question mark of a reference."""
+    try:
+        pairs = parse_qsl(query, strict_parsing=bool(query))
+    except ValueError as error:
+        raise ConfigurationError(f"options are written as name=value&name=value, not {query!r} ({error})") from error
+    return {key: _value(text) for key, text in pairs}
+
+
+def _load(name: str, spec: RoleSpec) -> Any:
+    entry = policy_entry(spec.problem, spec.role, name.removeprefix(f"{spec.problem}.{spec.role}."))
+    if entry is not None:
+        return load(entry)
+    module, colon, attribute = name.partition(":")
+    if colon and module in _registered(SOURCES):
+        return partial(load(_registered(SOURCES)[module]), attribute)
+    if not colon:
+        known = policy_names(spec.problem, spec.role)
+        raise UnknownNameError(
+            f"{spec.problem} has no {spec.role} policy {name!r}. {_owner(name, spec)}{near(name, known)} "
+            "If it is new, install its package again."
+        )
+    require_trust(name)
+    general = name in BUILT_IN.values()
+    owners = [full for full, entry in _registered().items() if entry.value == name and not general]
+    if owners and not any(full.startswith(f"{spec.problem}.{spec.role}.") for full in owners):
+        raise UnknownNameError(f"{name!r} is no {spec.role} policy of {spec.problem}. {_owner(owners[0])}".rstrip())
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise UnknownNameError(f"no policy can be imported from {name!r}: {error}") from error
+
+
+def _owner(name: str, spec: RoleSpec | None = None) -> str:
+    """Whose policy a registered name, or its end, is, as a sentence; empty if it is nobody's.
+
+    Of several with the same end, one of the same problem.
+    """
+    same = [full for full in _registered() if full == name or full.split(".", 2)[2] == name]
+    if not same:
+        return ""
+    mine = [full for full in same if spec is not None and full.startswith(f"{spec.problem}.")]
+    problem, role, short = (mine or same)[0].split(".", 2)
+    return f"{short!r} is {_whose(problem, role)}. "
+
+
+def _value(text: str) -> Any:
+    try:
+        return typed(text)
+    except ValueError as error:
+        raise ValueError(f"an option of a policy makes no sense, {error}: {text[:20]}...") from error
+
+
+def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:
+    if unused:
+        raise TypeError(f"{name} is built already: it takes no options {', '.join(unused)}")
+    if not isinstance(policy, Policy):
+        raise TypeError(
+            f"{name} is not a policy: it has no method predict(observation, state, episode_start, deterministic)"
+        )
+    own = getattr(policy, "spec", None)
+    if isinstance(own, RoleSpec) and (own.problem, own.role) != (spec.problem, spec.role):
+        raise ConfigurationError(
+            f"{_short(name)} is {_whose(own.problem, own.role)}, not {_whose(spec.problem, spec.role)}"
+        )
+    _check_spaces(policy, name, spec)
+    return policy
+
+
+def _check_spaces(policy: Any, name: str, spec: RoleSpec) -> None:
+    """A model that tells its spaces, as those of stable-baselines3 do, must have those of the role."""
+    for kind in ("observation_space", "action_space"):
+        own = getattr(policy, kind, None)
+        if not isinstance(own, spaces.Space) or is_decentralised(policy):
+            continue
+        wanted = spec.action_space if kind == "action_space" else spec.fields.space()
+        if (type(own), own.shape) != (type(wanted), wanted.shape):
+            raise ConfigurationError(
+                f"{_short(name)} has the {kind} {own}, {_whose(spec.problem, spec.role)} here has {wanted}: it was "
+                "trained in another configuration, or for another role"
+            )
+
+
+def _whose(problem: str, role: str) -> str:
+    return f"{'an' if role == 'attacker' else 'a'} {role} of {problem}"
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= SHOWN else f"{name[:SHOWN]}..."

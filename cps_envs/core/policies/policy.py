@@ -1,0 +1,163 @@
+"""The policy protocol: stable-baselines3's `predict`, batched, with an optional hook at the start of an episode."""
+
+from __future__ import annotations
+
+import inspect
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, final, runtime_checkable
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, BoolArray, Generators, Knowledge, Observation, Role, State
+
+if TYPE_CHECKING:  # fields bring the compiler of kernels along
+    from cps_envs.core.declare.fields import Fields
+
+
+@dataclass(frozen=True)
+class RoleSpec:
+    """What a policy may know before it plays: the public interface of its role and the public configuration."""
+
+    problem: str
+    role: Role
+    fields: Fields
+    action_space: spaces.Space[Any]
+    neutral_action: Array  # one environment's action that changes nothing
+    decision_interval_s: float
+    config: Any
+    adapters: Mapping[str, Callable[[RoleSpec], Any]] = field(default_factory=dict)  # for learners, see `adapter_of`
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """Anything that maps a batch of observations to a batch of actions; stable-baselines3 models qualify."""
+
+    def predict(
+        self,
+        observation: Array,
+        state: State | None = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State | None]:
+        """Actions (B, ...) for observations (B, n), and the state to hand over at the next call.
+
+        `state` is None or a tuple of arrays with a leading axis B; `episode_start` (B,) marks the environments whose
+        episode begins with this observation.
+
+        If `predict` has a parameter `action_masks`, as in sb3-contrib's MaskablePPO, it also gets the legal actions
+        (B, k). If the policy's attribute `decentralised` is true, it also gets `team_observation` (B, A, m): what each
+        agent of its role's team sees.
+        """
+        ...
+
+
+def takes_masks(policy: Policy) -> bool:
+    """Whether a policy's `predict` wants the legal actions."""
+    if isinstance(policy, AnalyticPolicy):
+        return policy.masked
+    return "action_masks" in inspect.signature(policy.predict).parameters
+
+
+def is_decentralised(policy: Policy) -> bool:
+    """Whether a policy's `predict` wants what each agent of its role's team sees."""
+    return bool(getattr(policy, "decentralised", False))
+
+
+def begins(policy: Policy) -> bool:
+    """Whether a policy wants to know when episodes start."""
+    begin = getattr(type(policy), "begin", None)
+    return hasattr(policy, "begin") and begin is not AnalyticPolicy.begin
+
+
+def ask(policy: Policy, seen: Seen, state: State | None) -> tuple[Array, State | None]:
+    """What another policy plays where a policy sees `seen`, and that policy's new state."""
+    extras: dict[str, Array] = {}
+    if seen.masks is not None and takes_masks(policy):
+        extras["action_masks"] = seen.masks
+    if seen.team is not None and is_decentralised(policy):
+        extras["team_observation"] = seen.team
+    return policy.predict(seen.observation, state, seen.start, seen.deterministic, **extras)
+
+
+def begun(policy: Policy, generators: Generators, knowledge: Knowledge) -> State | None:
+    """The state in which another policy begins episodes; None if nothing has to be handed to its first `predict`."""
+    begin = getattr(policy, "begin", None)
+    state: State | None = None if begin is None else begin(generators, knowledge)
+    return state
+
+
+def repeat(action: Array, num_envs: int) -> Array:
+    """One environment's action for every environment, (B, ...)."""
+    return np.full((num_envs, *action.shape), action)
+
+
+class AnalyticPolicy(ABC):
+    """Base of policies that are computed, not learned. A subclass defines `act`, and `begin` if it has a state.
+
+    `privileged` names what the policy needs beyond its observations; such a policy is an oracle. The match hands these
+    values to `begin`, and reports mark the policy. A `masked` policy also sees the legal actions. A `decentralised` one
+    also sees what each agent of its role's team sees.
+    """
+
+    privileged: frozenset[str] = frozenset()
+    masked: bool = False
+    decentralised: bool = False
+
+    def __init__(self, spec: RoleSpec) -> None:
+        self.spec = spec
+
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State | None:
+        """The state of episodes that start: one generator and one mapping of privileged values for each."""
+        return None
+
+    @abstractmethod
+    def act(self, seen: Seen, state: Any) -> tuple[Array, State | None]:
+        """Actions (B, ...) for what B environments show, and the state for the next call.
+
+        `state` is what `begin` or the last call returned, of a policy without `begin` at first None; it must not be
+        changed in place.
+        """
+
+    @final
+    def predict(
+        self,
+        observation: Observation,
+        state: State | None = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+        action_masks: BoolArray | None = None,
+        team_observation: Observation | None = None,
+    ) -> tuple[Array, State | None]:
+        """See `Policy.predict`. Without a state the episodes begin here, with generators seeded 0.
+
+        Raises:
+            TypeError: a privileged policy is asked without `begin`.
+        """
+        if state is None and begins(self):
+            state = self._begin_alone(len(observation))
+        seen = Seen(self.spec.fields, observation, episode_start, deterministic, action_masks, team_observation)
+        return self.act(seen, state)
+
+    def _begin_alone(self, num_envs: int) -> State | None:
+        if self.privileged:
+            needs = " and ".join(sorted(self.privileged))
+            raise TypeError(
+                f"{type(self).__name__} is privileged: it needs {needs} of each episode. Let a match play it, or call "
+                "begin(generators, knowledge) and hand its state to predict"
+            )
+        return self.begin(np.random.default_rng(0).spawn(num_envs), [{}] * num_envs)
+
+
+class Idle(AnalyticPolicy):
+    """Always takes the neutral action: no attack, or no defence."""
+
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
+        """The neutral action for every environment."""
+        return repeat(self.spec.neutral_action, len(seen)), state
+
+
+PolicyFactory: TypeAlias = Callable[..., Policy]
