@@ -45,7 +45,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
       undiscounted return `r` and length `l`, and the game's metrics; each row of an ended episode has them.
     - `seed` numbers training runs. Its episodes lie beyond all seeds of evaluations, see `core.declare.seeds`.
 
-    `single_observation_space` carries the wiring, see `core.learning.wiring.WiredBox`. `active()` and `privileged()` are
+    `single_observation_space` carries the wiring, see `wiring.WiredBox`. `active()` and `privileged()` are
     for learners that can use them.
     """
 
