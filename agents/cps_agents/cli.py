@@ -20,7 +20,7 @@ from cps_baselines.interruption import ending, exit_code
 
 WRONG_INPUT = 2
 HELP = {"help_option_names": ["-h", "--help"]}
-GOING_ON = ("certify", "double-oracle", "remake")  # from their files, beside commands that have --resume or --fresh
+GOING_ON = ("certify", "remake")  # from their files, beside commands that have --resume or --fresh
 
 
 @dataclass(frozen=True)
