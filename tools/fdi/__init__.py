@@ -1,1 +1,1 @@
-"""Searches behind the certified impact speeds that ship."""
+"""Proofs of the certified impact speeds that ship."""

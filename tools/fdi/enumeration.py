@@ -16,9 +16,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from cps_baselines.fdi.cross import checked, crossing_program, replayed, status_of
 from cps_baselines.fdi.highs import Program, highspy, load
-from cps_baselines.fdi.lifted import Rows, stack
+from cps_baselines.fdi.lifted import NEGLIGIBLE, Rows, columns_of, lift, stack
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.optima import INFEASIBLE, Record
 
 FASTER_MPS = 1e-5  # by which an attack has to beat the best one, and which a proof leaves open
 ROUNDING = 1e-6  # of the ends of ranges, which are whole
@@ -55,6 +58,25 @@ def exhaust(
     orders = [np.concatenate([order, np.flatnonzero(passive)]) for order in (backwards, narrowest)]
     sizes = [tree.estimate(order, len(active), seed) for order in orders]
     return tree.search(orders[int(np.argmin(sizes))], len(active), judge)
+
+
+def exhausted(config: FdiConfig, record: Record, time_limit_s: float) -> Record:
+    """A record after an exhaustive search, of so many CPU seconds, for something better."""
+    task, program, columns = record.task, crossing_program(config, record.task), columns_of(config, record.task.sensors)
+    moving = np.abs(lift(config, task.sensors).errors[1:].reshape(-1, len(program.cost)) @ columns.transform)
+    passive = moving.max(axis=0) < NEGLIGIBLE
+    best_mps = -1.0 if record.value_mps is None else record.value_mps
+    found = exhaust(program, passive, best_mps, lambda point: replayed(config, task, [point])[0], time_limit_s)
+    if found.best is not None:
+        value_mps, injections = replayed(config, task, [found.best])
+        record = replace(record, value_mps=value_mps, injections=injections)
+    if not found.finished:
+        return record
+    if record.value_mps is None and found.bound_mps <= FASTER_MPS:
+        return replace(record, bound_mps=0.0, status=INFEASIBLE)
+    bound_mps = checked(min(record.bound_mps, found.bound_mps), record.value_mps, task)
+    record = replace(record, bound_mps=bound_mps)
+    return replace(record, status=status_of(record))
 
 
 class _Tree:

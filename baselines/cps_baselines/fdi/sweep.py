@@ -6,7 +6,7 @@ Both give certified impact speeds, for episodes without a defender.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -30,8 +30,6 @@ from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task, all_tasks
 
-Search = Callable[[FdiConfig, Task, float, float, IntArray | None], Record]
-
 
 def paper_tasks(num_vehicles: int) -> Sequence[Task]:
     """Every cell of Tables 3.1 to 3.6, or of Table 3.7 and its like: one or two vehicles attacked, every target."""
@@ -51,7 +49,6 @@ def sweep(
     *,
     time_limit_s: float = 20.0,
     gap: float = 0.0,
-    search: Search = cross,
     jobs: int = 1,
 ) -> Iterator[Record]:
     """Records of the tasks as they get done, merged with what is known already.
@@ -65,24 +62,21 @@ def sweep(
         known: earlier records.
         time_limit_s: of each integer program, s.
         gap: see `cross`.
-        search: finds the optimum of one task, with the parameters of `cross`.
         jobs: how many at a time.
     """
     found = dict(known)
-    searched = partial(_searched, search, config, time_limit_s, gap)
+    crossed = partial(_crossed, config, time_limit_s, gap)
     with Workers(jobs) as workers:
         for _, alike in groupby(tasks, key=lambda task: task.sensors.count):
             work = [(task, best_start(task, found.values())) for task in alike]
-            for (task, _), record in workers.run(searched, work):
+            for (task, _), record in workers.run(crossed, work):
                 found[task] = merged(known[task], record) if task in known else record
                 yield found[task]
 
 
-def _searched(
-    search: Search, config: FdiConfig, time_limit_s: float, gap: float, work: tuple[Task, IntArray | None]
-) -> Record:
+def _crossed(config: FdiConfig, time_limit_s: float, gap: float, work: tuple[Task, IntArray | None]) -> Record:
     task, start = work
-    return search(config, task, time_limit_s, gap, start)
+    return cross(config, task, time_limit_s, gap, start)
 
 
 def best_start(task: Task, records: Iterable[Record]) -> IntArray | None:
