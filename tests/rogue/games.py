@@ -13,6 +13,7 @@ from cps_envs.rogue.problem import ROGUE
 from tests import episodes
 
 FIXED = {"num_vehicles": 5, "attacker_index": 3, "attack_share": 1.0}  # what preset `learning` draws
+DEFENDERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")  # of chapter 5
 started = partial(episodes.started, ROGUE)
 spec_of = partial(episodes.spec_of, ROGUE)
 play = partial(episodes.play, ROGUE)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.assignment import Assigned, laws_of
-from cps_baselines.rogue.identify import Identify, contested, known
+from cps_baselines.rogue.identify import Identify, Known, contested, known
 from cps_baselines.rogue.informed import Informed, responses
 from cps_baselines.rogue.monitor import (
     AHEAD,
@@ -32,10 +32,10 @@ from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
+from cps_paper.rogue.worlds import world_config
 from tests import episodes
 from tests.episodes import noted
 from tools.rivals.rogue import ATTACKERS, RESPONDED_TO
-from tools.rogue.contested import ContestedSearch, mean_trace, search_response
 
 FIRST = 8_000  # of the seeds here; those of the searches begin at 40,000,000
 LETTERS = {name[0]: number for number, name in enumerate(CONTROLLERS)}
@@ -191,16 +191,21 @@ def test_the_nearest_trace_is_the_one_at_the_least_distance() -> None:
 
 def test_what_is_known_covers_the_defenders_of_the_search() -> None:
     assert known().against == RESPONDED_TO
-    again = mean_trace("pd", known().probe, ContestedSearch().final_worlds)
-    assert again == pytest.approx(known().traces[0], abs=1e-3)
 
 
-def test_a_search_of_responses_is_repeatable_and_better_than_full_throttle() -> None:
-    pytest.importorskip("cma")
-    tiny = ContestedSearch(generations=2, population=4, restarts=1, worlds=2, final_worlds=8)
-    found = search_response("pd", tiny)
-    assert found == search_response("pd", tiny)
-    assert found["verified"] > play("always?action=1", "pd", 24, attack_share=1.0)["return"].mean()
+def test_answers_that_are_given_are_played_after_the_probe() -> None:
+    """With every answer equal to the probe the attacker is the probe; with another answer it is that from 5.2 s on."""
+    config = world_config(1.0)
+    spec = ROGUE.game(config, 1).spec("attacker")
+    probe, other = np.array([0.0, 0, 0, 0, 0, 1, 0]), np.array([0.0, 0, 0, 0, 0, -1, 0])
+    knowledge = Known((), np.stack([probe, other]), np.empty((0, 5)), probe, 5.2)
+    attacker = Identify(spec, knowledge, np.array([0, 1]))
+    players = (attacker, "pd", [0, 1])
+    efforts = episodes.watched(ROGUE, lambda game: game.state.held_effort.copy(), *players, **vars(config))
+    found = np.array(efforts[1:])
+    assert np.all(found[:, 0] == 1.0)
+    assert np.all(found[:52, 1] == 1.0)
+    assert found[52:, 1] == pytest.approx(-1.0)
 
 
 def test_a_response_is_better_against_its_defender_than_the_general_switching() -> None:

@@ -20,8 +20,7 @@ from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.worlds import world_config
-from tests.rogue.games import play, spec_of, watched
-from tools.rogue.switching import DEFENDERS
+from tests.rogue.games import DEFENDERS, play, spec_of, watched
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
 NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere

@@ -1,18 +1,15 @@
-"""The searched attackers `switching` and `probe`: their files, what they are told, and the searches behind them."""
+"""The searched attackers `switching` and `probe`: their files, and what they are told."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import fields, replace
-from functools import partial
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shipped_answers
+from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, shipped_answers
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
@@ -24,38 +21,13 @@ from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.headroom import SHIPPED
 from cps_paper.rogue.worlds import ALL, RATIOS, switching_damages, world_config
 from tests import episodes
-from tests.agents.command_line import invoke
-from tools.command import program
-from tools.rogue.search import search_switching as command
-from tools.rogue.switching import DEFENDERS, SwitchingSearch, search_switching
+from tests.rogue.games import DEFENDERS
 
-pytest.importorskip("cma")
-TINY = {"generations": 3, "population": 6, "restarts": 1, "worlds": 1, "finalists": 2, "final_worlds": 1}
 SEEDS = range(8_100, 8_104)
 
 
 def shipped() -> list[dict[str, Any]]:
     return json.loads(files("cps_baselines.rogue").joinpath("switching.json").read_text(encoding="utf-8"))["found"]
-
-
-def test_a_search_is_repeatable_beats_full_throttle_and_leaves_numpy_alone() -> None:
-    state = np.random.get_state()[1].copy()
-    search = SwitchingSearch("pd", 1.0, **TINY)
-    found = search_switching(search)
-    assert found == search_switching(search)
-    assert np.array_equal(np.random.get_state()[1], state)
-    throttle = float(search.damages(np.zeros((1, 7)), 0, 1, spread=0.0).mean())
-    assert throttle == pytest.approx(4.5, abs=0.2)
-    assert min(found["damage"], found["verified"]) > 2 * throttle
-    assert json.loads(json.dumps(found["search"])) == {**vars(search), "start": []}
-
-
-def test_a_run_can_start_at_weights() -> None:
-    start = tuple(next(row["weights"] for row in shipped() if row["against"] == ALL and row["power_ratio"] == 1.0))
-    cold = SwitchingSearch("sliding_detection", 1.0, **TINY)
-    warm = SwitchingSearch("sliding_detection", 1.0, **TINY, start=start)
-    assert (cold.runs, warm.runs) == (1, 2)
-    assert search_switching(warm)["verified"] > 2 * search_switching(cold)["verified"]
 
 
 def test_against_all_means_the_mean_over_the_six_defenders() -> None:
@@ -72,19 +44,15 @@ def test_the_shipped_file_is_complete_and_says_how_it_was_found() -> None:
     assert [(row["against"], row["power_ratio"]) for row in rows] == [
         (name, ratio) for name in (ALL, *DEFENDERS) for ratio in RATIOS
     ]
-    default = json.loads(json.dumps(vars(SwitchingSearch(ALL, 1.0))))
     for row in rows:
-        assert set(row["search"]) == {field.name for field in fields(SwitchingSearch)}
-        changed = {name for name, value in row["search"].items() if value != default[name]}
-        assert changed <= {"against", "power_ratio", "start"}
         general = next(each for each in rows if (each["against"], each["power_ratio"]) == (ALL, row["power_ratio"]))
         assert row["search"]["start"] == ([] if row["against"] == ALL else general["weights"])
 
 
 @pytest.mark.parametrize("row", shipped(), ids=lambda row: f"{row['against']}-{row['power_ratio']}")
 def test_the_shipped_weights_do_what_the_file_says(row: dict[str, Any]) -> None:
-    search = SwitchingSearch(row["against"], row["power_ratio"])
-    found = search.damages(np.array([row["weights"]]), 0, 1, spread=0.0).mean()
+    against = DEFENDERS if row["against"] == ALL else (row["against"],)
+    found = switching_damages(np.array([row["weights"]]), against, row["power_ratio"], [0], spread=0.0).mean()
     assert found == pytest.approx(row["damage"], rel=0.05)
 
 
@@ -94,18 +62,6 @@ def test_they_reach_what_another_search_found() -> None:
     for row in shipped():
         if row["against"] != ALL:
             assert row["verified"] >= 0.95 * bars[row["against"], row["power_ratio"]], row["against"]
-
-
-def test_the_command_writes_what_it_finds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    target = tmp_path / "found.json"
-    sizes = ["--generations", "1", "--population", "4", "--restarts", "1", "--jobs", "1"]
-    arguments = ["--against", "pd", "--ratio", "1.3", *sizes, "--out", str(target)]
-    result = invoke(*arguments, program=program(command))
-    assert result.exit_code == 0, result.output
-    (found,) = json.loads(target.read_text())["found"]
-    assert (found["against"], found["power_ratio"]) == ("pd", 1.3)
-    assert len(found["search"]["start"]) == 7
-    assert str(target) in result.stderr
 
 
 def spec_of(config: RogueConfig) -> RoleSpec:
@@ -185,32 +141,6 @@ def test_what_it_sees_decides_unless_it_is_told() -> None:
 def test_unknown_controllers_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="Did you mean 'sliding'"):
         Probe(spec_of(world_config(1.0)), "slidng")
-
-
-def test_a_tiny_search_writes_a_file_that_plays(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("cma")
-    from cps_baselines.workers import Workers
-    from tools.rogue import probing as probing_search
-    from tools.rogue.probing import ProbingSearch, search_answers
-
-    laws, answers = probing_search.pool()[:2], shipped_answers()
-    first = Answers(answers.against, *(values[:1] for values in answers[1:]))  # ratio
-    short = partial(replace, duration_s=LOOKS_S[-1] + 5.0)
-    monkeypatch.setattr(probing_search, "pool", lambda: laws)
-    monkeypatch.setattr(probing_search, "shipped_answers", lambda: first)
-    monkeypatch.setattr(probing_search, "world_config", lambda *args, **refined: short(world_config(*args, **refined)))
-    tiny = ProbingSearch(generations=1, population=4, starts=1, worlds=1, finalists=1, final_worlds=1)
-    notes = []
-    with Workers(1) as workers:
-        found = search_answers([1.0], tiny, workers, lambda done, note, document: notes.append(note))
-    assert len(notes) == 2 * len(DEFENDERS) - 1  # those that are alike get one answer
-    known = answers_of(json.loads(json.dumps(found)))
-    assert known.at.tolist() == [[0, 1, 1, 2, 2, 2]]
-    config = world_config(1.0)
-    assert len(signs(Probe(spec_of(config), answers=known), config)) > 0
-    with Workers(1) as workers:
-        begun = search_answers([1.0], tiny, workers, lambda done, note, document: None, again=True)
-    np.testing.assert_array_equal(answers_of(begun).probes, shipped_answers().probes[:1])
 
 
 @pytest.mark.parametrize("option", ["answers=[0.1]", "answers=99", "answers=-1", "answers=[[0]]", "knowledge=words"])

@@ -46,7 +46,7 @@ def shipped_answers() -> Answers:
 
 
 def answers_of(document: Mapping[str, Any]) -> Answers:
-    """The answers of a file that `python -m tools.rogue.search --probe` wrote."""
+    """The answers of a file such as `probing.json`."""
     rows = document["found"]
     cells = [row["answers"] for row in rows]
 

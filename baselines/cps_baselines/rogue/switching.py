@@ -1,4 +1,4 @@
-"""Extension beyond the paper: an attacker in closed loop, with weights found by `switching_search`."""
+"""Extension beyond the paper: an attacker in closed loop, with weights that a search found: `switching.json`."""
 
 from __future__ import annotations
 
