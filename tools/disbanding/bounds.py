@@ -25,12 +25,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cps_baselines.evolution import Evolution
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.state import State, allocate
-from tools.evolving import evolve
 
 SAMPLE_S = 1.0  # how often the drivers' places are looked at; fewer looks only lower the bound
 FRONT = ("position", "speed", "acceleration")
@@ -129,11 +129,12 @@ def least_sum(config: Any, course: Course, gap_m: float, search: TwoAttackSearch
     """The least E_v over all vehicles in percent, over what the search looked at."""
     size = config.vehicles_per_platoon
 
-    def judge(points: FloatArray, generation: int) -> FloatArray:
-        return -candidate_sums(config, course, gap_m, points)
-
-    sizes = {"population": search.population, "generations": search.generations}
-    least = -max(value for value, _ in evolve(judge, np.zeros(3 * size), search.spread, **sizes, seed=search.seed))
+    run = Evolution(np.zeros(3 * size), search.spread, population=search.population, seed=search.seed)
+    least = np.inf
+    for _ in range(search.generations):
+        found = run.step(lambda points: -candidate_sums(config, course, gap_m, points))
+        assert found is not None
+        least = min(least, -float(found.values.max()))
     return float(100.0 * least / (config.duration_s * config.desired_speed_mps * len(course.start)))
 
 

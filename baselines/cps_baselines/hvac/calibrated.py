@@ -1,13 +1,12 @@
 """MTD2 with a threshold that was calibrated for what the plant and the model differ by, and how eps is found.
 
-It is found from the residuals that the sets have while nobody attacks. In a checkout
-`python -m tools.hvac.calibrate --out thresholds.json` made the file `thresholds.json` beside this module.
+It is found from the residuals that the sets have while nobody attacks. `thresholds.json` beside this module holds some.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from importlib.resources import files
@@ -30,17 +29,13 @@ SETTLING_STEPS = 20  # the mean of fewer residuals scatters too much
 SEEDS = tuple(range(1000, 1005))
 DEFENDER = "mtd1"  # does not use a threshold
 HARD = {"model_error": 0.05, "unmeasured_heat_w": 100.0}  # the hard level of preset `easy`
-Report = Callable[[int], None]  # steps done
 
 
 @dataclass(frozen=True)
 class Calibration:
     """What attack-free episodes say about the threshold under a configuration."""
 
-    config: HvacConfig
-    seeds: tuple[int, ...]
     largest_c2: FloatArray  # (episodes, sets) the largest Jm_a of each set from k_0 + 20 on
-    rejecting_share: FloatArray  # (episodes,) of the steps from k_0 on: no set passes the configuration's present eps
 
     @property
     def threshold_c2(self) -> float:
@@ -48,7 +43,7 @@ class Calibration:
         return MARGIN * float(self.largest_c2.max())
 
 
-def calibrate(config: HvacConfig, seeds: Sequence[int] = SEEDS, *, report: Report | None = None) -> Calibration:
+def calibrate(config: HvacConfig, seeds: Sequence[int] = SEEDS) -> Calibration:
     """Play attack-free episodes under MTD1, one per seed, and keep the largest mean residuals.
 
     Calibrate anew for each number of sensors, noise, window and mismatch between plant and model: eps is valid for the
@@ -59,15 +54,11 @@ def calibrate(config: HvacConfig, seeds: Sequence[int] = SEEDS, *, report: Repor
     def note(game: Game) -> None:
         nonlocal largest
         assert isinstance(game, HvacGame)
-        done = int(game.elapsed[0])
-        if done >= config.window_steps + SETTLING_STEPS:
+        if game.elapsed[0] >= config.window_steps + SETTLING_STEPS:
             largest = np.maximum(largest, game.mean_residuals())
-        if report is not None:
-            report(done)
 
-    outcome = play_episodes(HVAC, config, {"attacker": "none", "defender": DEFENDER}, seeds, on_step=note)
-    share = outcome["rejecting_steps"] / (config.num_steps - 1 - config.window_steps)
-    return Calibration(config, tuple(seeds), largest, share)
+    play_episodes(HVAC, config, {"attacker": "none", "defender": DEFENDER}, seeds, on_step=note)
+    return Calibration(largest)
 
 
 # What a threshold does not depend on: the attack, the threshold itself, and the length of the day.
@@ -89,7 +80,7 @@ IRRELEVANT = (
 
 @lru_cache(maxsize=1)
 def shipped_thresholds() -> tuple[tuple[HvacConfig, float], ...]:
-    """Configurations with the threshold, C2, that `python -m tools.hvac.calibrate` found for each."""
+    """The configurations of `thresholds.json` with the threshold, C2, that `calibrate` found for each."""
     text = files("cps_baselines.hvac").joinpath("thresholds.json").read_text(encoding="utf-8")
     levels = json.loads(text)["levels"]
     return tuple((HVAC.config(level["preset"], level["overrides"]), level["threshold_c2"]) for level in levels)
