@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from typing import Any, TypeAlias
 
 import gymnasium
@@ -74,12 +73,6 @@ def _variants(problem: Problem) -> Iterator[tuple[str, str]]:
             yield from ((field.name, choice) for choice in field.metadata.get("choices", ()) if choice != field.default)
 
 
-def configurations(problem: Problem) -> Iterator[tuple[str, Overrides]]:
-    """The presets, and then the presets with one word of the configuration changed."""
-    words: list[Overrides] = [{}, *({field: value} for field, value in _variants(problem))]
-    yield from ((preset, word) for word, preset in product(words, problem.presets))
-
-
 def _try(problem: Problem, overrides: Overrides) -> None:
     """Play a configuration, if it is one: a field may ask for another one."""
     try:
@@ -90,10 +83,10 @@ def _try(problem: Problem, overrides: Overrides) -> None:
 
 
 def _policy(problem: Problem, role: Role, name: str) -> None:
-    """Play a policy against the usual opponent in the first preset that it fits, if need be with one other word."""
-    for preset, overrides in configurations(problem):
+    """Play a policy against the usual opponent in the first preset that it fits."""
+    for preset in problem.presets:
         try:
-            return _match(problem, preset, overrides, {**problem.opponents[preset], role: name})
+            return _match(problem, preset, {}, {**problem.opponents[preset], role: name})
         except (ConfigurationError, MissingExtraError, TypeError):
             continue  # it needs options, another configuration, or a package that is not installed
 

@@ -44,10 +44,10 @@ def test_nothing_is_left_to_compile_after_warming() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "met"), [("joint", ("paper", {}, "lead")), ("box_in", ("paper", {"defense_action": "command"}, "square"))]
+    ("problem", "name", "preset"), [("disbanding", "joint", "paper"), ("rogue", "escort", "learning")]
 )
-def test_policies_are_warmed_by_an_opponent_and_in_a_configuration_that_they_can_play(
-    name: str, met: Any, monkeypatch: pytest.MonkeyPatch
+def test_policies_are_warmed_by_an_opponent_and_in_a_preset_that_they_can_play(
+    problem: str, name: str, preset: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found, plays = [], warming._match
 
@@ -56,9 +56,8 @@ def test_policies_are_warmed_by_an_opponent_and_in_a_configuration_that_they_can
         found.append((preset, overrides, players["attacker"]))
 
     monkeypatch.setattr(warming, "_match", match)
-    problem = PROBLEMS["disbanding" if name == "joint" else "rogue"]
-    warming._policy(problem, "defender", name)
-    assert found == [met]
+    warming._policy(PROBLEMS[problem], "defender", name)
+    assert found == [(preset, {}, PROBLEMS[problem].opponents[preset]["attacker"])]
 
 
 @pytest.fixture

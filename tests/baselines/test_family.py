@@ -23,7 +23,6 @@ from cps_envs.rogue.problem import ROGUE
 from tests import episodes
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "attack_budget": 2}
-BOXED_IN = {"preset": "paper", "contact": "solid", "duration_s": 20.0, "defense_action": "command"}
 ENDING = {"on_collision": "end", "tau_s": 0.5}  # episodes end at different times
 
 
@@ -110,7 +109,6 @@ def test_each_episode_is_played_by_its_own_row(family: Family, overrides: dict[s
         ("fdi-hypotheses", "tracker", {}, 0.0),
         ("fdi-task-tracker", "cusum", {}, 0.0),
         ("fdi-planner", "none", {"preset": "drawn"}, 0.0),
-        ("rogue-boxing-in", "switching", BOXED_IN, 0.0),
         ("hvac-bayes", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
         ("hvac-bayes-together", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
     ],

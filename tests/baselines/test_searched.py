@@ -24,11 +24,10 @@ SHORT: dict[str, dict[str, Any]] = {
     "disbanding": {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0},
     "fdi": {},
     "hvac": {"num_steps": 260, "onset_step": 210},
-    "rogue": {"duration_s": 6.0, "defense_action": "command", "contact": "solid"},
 }
 KEPT = {
     (problem, name): entry
-    for problem in PROBLEMS
+    for problem in SHORT
     for name, entry in json.loads(
         files(f"cps_baselines.{problem}").joinpath("searched.json").read_text(encoding="utf-8")
     ).items()
@@ -38,7 +37,6 @@ RIVALS = {
     "disbanding": {"defender": "lead"},
     "fdi": {"attacker": "cusum", "defender": "tracker"},
     "hvac": {"attacker": "largest", "defender": "tracker"},
-    "rogue": {"defender": "square"},
 }
 
 

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 
 from cps_agents.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s
-from cps_agents.warm import Overrides, configurations
+from cps_agents.warm import Overrides
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
@@ -104,7 +104,6 @@ def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The policies of both roles that have names, and the trained ones."""
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
     for problem in problems:
-        offered = list(configurations(problem))
         yield from _usual(problem)
         for role in ROLES:
             for name in policy_names(problem.name, role):
@@ -112,8 +111,8 @@ def items(problems: list[Problem]) -> Iterator[Measurement]:
                     continue
                 full = f"{problem.name}.{role}.{name}"
                 reference, wanted = OPTIONS.get(full, (SOLVERS.get(full, name), {}))
-                fitting = [(preset, {**word, **wanted}) for preset, word in offered]
-                found = Opponent(problem, role, reference, fitting, full in SOLVERS)
+                presets = [(preset, wanted) for preset in problem.presets]
+                found = Opponent(problem, role, reference, presets, full in SOLVERS)
                 yield Measurement(PART, full, found.measure, SOLVER if found.solver else "")
             for card in cards:
                 if (card.problem, card.role) == (problem.name, role):
