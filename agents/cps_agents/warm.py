@@ -30,10 +30,7 @@ from cps_envs.core.types import ROLES, Role
 Overrides: TypeAlias = Mapping[str, Any]
 DECISIONS = 3  # enough for kernels that run between decisions, and for an episode's end
 ENVS = 2
-CHEAP = {
-    "ga": "ga?generations=1&population=4",
-    "beam": "beam?width=2",
-}  # policies that search at the start of an episode
+CHEAP = {"ga": "ga?generations=1&population=4"}  # policies that search at the start of an episode
 
 
 @dataclass(frozen=True)

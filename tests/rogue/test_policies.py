@@ -23,7 +23,7 @@ from cps_paper.rogue.worlds import world_config
 from tests.rogue.games import DEFENDERS, play, spec_of, watched
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
-NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere
+NEW = ("contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere
 ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in (*NEED_OPTIONS, *NEW)]
 
 

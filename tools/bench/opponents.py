@@ -30,7 +30,6 @@ SOLVERS: Mapping[str, str] = {  # policies that solve a program at each decision
     "disbanding.defender.joint": "joint",
     "fdi.attacker.bnb": "bnb",
     "fdi.attacker.lp_greedy": "lp_greedy",
-    "rogue.attacker.beam": "beam?width=2",  # its search is not counted either
 }
 OPTIONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {  # policies that want more than a preset
     "disbanding.attacker.plan": ("plan?events=[[10,1],[9,2]]", {}),

@@ -146,16 +146,6 @@ class Game(ABC):
         copy.refresh()
         return copy
 
-    def branch(self, parents: IntArray) -> None:
-        """Make each environment b a copy of the environment parents[b] (B,), for planners on the copies of `model`.
-
-        Raises:
-            TypeError: the problem offers no such copy.
-        """
-        for array in self._copied():
-            array[:] = array.take(parents, 0)
-        self.refresh()
-
     def fingerprint(self) -> bytes:
         """A digest of the `parts`; equal for games that will go on alike under equal actions."""
         return hashlib.sha256(b"".join(array.tobytes() for array in self.parts())).digest()

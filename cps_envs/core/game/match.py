@@ -71,14 +71,6 @@ class Match:
                 self._states[role], rows, player.begin(spawned[ROLES.index(role)], knowledge), len(envs)
             )
 
-    def branch(self, parents: IntArray) -> None:
-        """Make each environment b a copy of the environment parents[b] (B,), with what its players remember."""
-        self.game.branch(parents)
-        for role in self.players:
-            self._states[role] = take(self._states[role], parents)
-            self._held[role] = self._held[role].take(parents, 0)
-            self._fresh[role] = self._fresh[role].take(parents)
-
     def action(self, role: Role) -> Array:
         """The action (B, ...) of a player that is in force; the neutral one before its first decision."""
         return self._held.get(role, repeat(self.game.neutral_action[role], self.game.num_envs))
