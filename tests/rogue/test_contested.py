@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.assignment import Assigned, laws_of
-from cps_baselines.rogue.identify import Identify, Known, contested, known
+from cps_baselines.rogue.identify import Identify, contested, known, nearest_traces
 from cps_baselines.rogue.informed import Informed, responses
 from cps_baselines.rogue.monitor import (
     AHEAD,
@@ -23,7 +23,6 @@ from cps_baselines.rogue.monitor import (
     divide,
     division_of,
 )
-from cps_baselines.rogue.probing import nearest_traces
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.lookup import resolve_policy
@@ -32,7 +31,6 @@ from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
-from cps_paper.rogue.worlds import world_config
 from tests import episodes
 from tests.episodes import noted
 from tools.rivals.rogue import ATTACKERS, RESPONDED_TO
@@ -191,21 +189,6 @@ def test_the_nearest_trace_is_the_one_at_the_least_distance() -> None:
 
 def test_what_is_known_covers_the_defenders_of_the_search() -> None:
     assert known().against == RESPONDED_TO
-
-
-def test_answers_that_are_given_are_played_after_the_probe() -> None:
-    """With every answer equal to the probe the attacker is the probe; with another answer it is that from 5.2 s on."""
-    config = world_config(1.0)
-    spec = ROGUE.game(config, 1).spec("attacker")
-    probe, other = np.array([0.0, 0, 0, 0, 0, 1, 0]), np.array([0.0, 0, 0, 0, 0, -1, 0])
-    knowledge = Known((), np.stack([probe, other]), np.empty((0, 5)), probe, 5.2)
-    attacker = Identify(spec, knowledge, np.array([0, 1]))
-    players = (attacker, "pd", [0, 1])
-    efforts = episodes.watched(ROGUE, lambda game: game.state.held_effort.copy(), *players, **vars(config))
-    found = np.array(efforts[1:])
-    assert np.all(found[:, 0] == 1.0)
-    assert np.all(found[:52, 1] == 1.0)
-    assert found[52:, 1] == pytest.approx(-1.0)
 
 
 def test_a_response_is_better_against_its_defender_than_the_general_switching() -> None:

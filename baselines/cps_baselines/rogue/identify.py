@@ -9,12 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.probing import Answers, Probe, checked_rows
-from cps_baselines.rogue.switching import Switching
+from cps_baselines.rogue.reading import since_onset
+from cps_baselines.rogue.switching import Switching, switch
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policies.adapter import advises
-from cps_envs.core.policies.policy import RoleSpec
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.seen import Seen
+from cps_envs.core.types import Array, FloatArray, State
+
+TRACE = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "speed")
+SCALE = np.array([9.0, 5.0, 9.0, 5.0, 5.0])  # of the entries of a trace, in which they are compared
+FARTHEST = 3.0  # of these, from where on a gap is out of sight
 
 
 class Known(NamedTuple):
@@ -36,30 +41,43 @@ def known() -> Known:
     return Known(tuple(row["against"] for row in rows), weights, traces, np.array(found["probe"]), found["probe_s"])
 
 
-def in_one_look(found: Known) -> Answers:
-    """What is known as the answers of `Probe`, at any power ratio and after one look."""
-    at, traces = np.zeros((1, len(found.weights)), np.int64), found.traces[np.newaxis, :, np.newaxis]
-    return Answers(found.against, np.ones(1), found.probe[np.newaxis], found.weights[np.newaxis], at, traces)
-
-
-@lru_cache(maxsize=1)
-def shipped() -> Answers:
-    """The searched responses as those answers: one object, by which `informed` recognises the attacker."""
-    return in_one_look(known())
-
-
-class Identify(Probe):
+class Identify(AnalyticPolicy):
     """Probes for `probe_s`, compares what it sees with known defenders, and answers the nearest one.
 
-    The known defenders, their mean traces and the responses to them are in `contested.json`; `knowledge` are others.
-    With `answers` (B,) it takes these rows instead of comparing, as searches do.
+    The known defenders, their mean traces and the responses to them are in `contested.json`.
     """
 
-    def __init__(self, spec: RoleSpec, knowledge: Known | None = None, answers: Array | None = None) -> None:
-        found = knowledge or known()
-        rows = checked_rows("answers", answers, len(found.weights))
-        super().__init__(spec, answers=shipped() if knowledge is None else in_one_look(knowledge), row=rows)
-        self.looks_s = (found.probe_s,)
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self.known = known()
+        self.searched_numbers = self.known.weights.size + self.known.probe.size
+
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State]:
+        """The actions (B, 1), each -1 or 1; the state holds onsets in s, signs and the rows in use (B,), -1 first."""
+        since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
+        sign, row = np.ones(len(seen)), np.full(len(seen), -1)
+        if state is not None:
+            sign, row = np.where(seen.start, sign, state[1]), np.where(seen.start, row, state[2])
+        due = (row < 0) & (since_s - self.known.probe_s > -self.spec.decision_interval_s / 2)
+        if due.any():
+            row = np.where(due, nearest_traces(trace_of(seen), self.known.traces), row)
+        sets = np.where((row < 0)[:, np.newaxis], self.known.probe, self.known.weights[row])
+        sign = switch(seen, self.spec.config.separation_m, sets, sign)
+        return sign[:, np.newaxis], (onset_s, sign, row)
+
+
+def trace_of(seen: Seen) -> FloatArray:
+    """What tells defenders apart (B, 5): gap errors and rates, and the own speed beyond the reference."""
+    values = np.stack([seen[name] for name in TRACE], axis=1)
+    values[:, -1] -= seen["reference_speed"]
+    trace: FloatArray = np.clip(values / SCALE, -FARTHEST, FARTHEST)
+    return trace
+
+
+def nearest_traces(traces: FloatArray, centres: FloatArray) -> Array:
+    """For each trace (B, 5) the row of the nearest of the centres (K, 5)."""
+    nearest: Array = ((traces[:, np.newaxis] - centres) ** 2).sum(axis=2).argmin(axis=1)
+    return nearest
 
 
 @advises("cps_baselines.rogue.advised:Contesting")
