@@ -189,12 +189,9 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
         ("tracker", {}, "kalman_filters=true"),
     ],
     ("hvac", "attacker", "learning"): [
-        *((f"shaped?{each}", {}, "weights within") for each in ("rate_c_per_h=-1", "exponent=0", "cap_c=-1")),
-        *((f"shaped?{each}", {}, "weights within") for each in ("delay_h=-1", "w2=1.5")),
         *((f"tracker?{each}", {}, "positive") for each in ("level=0", "gain=-1", "cap_c=0", "noise=-0.1")),
         ("tracker", {"attacker_view": "grey"}, "white"),
         ("tracker", {"attack_action": "bias"}, "any"),
-        ("listener?evidence=0", {}, "positive"),
     ],
     ("hvac", "defender", "paper"): [
         ("mtd2?fallback=luck", {}, "least_mean, model"),

@@ -213,11 +213,11 @@ def test_a_trained_policy_whose_form_the_preset_refuses_is_left_out(tmp_path: Pa
 def test_who_cannot_meet_the_others_is_left_out(tmp_path: Path) -> None:
     tiny = tmp_path / "tiny.json"
     save_tiny(tiny, "hvac", "defender", preset="learning", overrides={"kalman_filters": False})
-    named: dict[Role, list[str]] = {"attacker": ["listener", "none"], "defender": ["none", f"zoo:{tiny}"]}
+    named: dict[Role, list[str]] = {"attacker": ["tracker", "none"], "defender": ["none", f"zoo:{tiny}"]}
     venue = Venue("hvac", "learning", {"num_steps": 300, "onset_step": 210})
     found = play(tmp_path / "cells", named, venue, 1)
     ((left, reason),) = found.left_out.items()
-    assert left == ("attacker", "listener")
+    assert left == ("attacker", "tracker")
     assert reason.startswith(f"it cannot meet zoo:{tiny}: no Kalman filters")
     assert found.payoffs.values.shape == (1, 2, 1)
 

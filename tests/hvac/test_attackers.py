@@ -1,4 +1,4 @@
-"""The attackers against their definitions: to the brink of a set's threshold, both signs, shapes, opportunity."""
+"""The attackers against their definitions: to the brink of a set's threshold, both signs, and how they grow."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from cps_baselines.hvac.listener import Listener
 from cps_baselines.hvac.stealthy import loss_response
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array
@@ -25,8 +21,8 @@ from tests.hvac.games import play, spec_of, watched
 
 DAYS = range(6)
 FIRST = 16  # the choice that names the first filter
-SIGNED = ("ramp", "root_ramp", "mimic", "brink", "shaped", "opportunist")
-SEES = {"attacker_sees_choice": True}  # what the opportunist lives on
+SIGNED = ("ramp", "root_ramp", "mimic", "brink")
+SEES = {"attacker_sees_choice": True}
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -71,7 +67,7 @@ def test_both_signs_are_mirrored(name: str) -> None:
     assert np.abs(found[""][-1]).max() > 0.1
     assert found[""].min() < -0.1
     assert found[""].max() < 1e-6
-    if name in ("ramp", "root_ramp", "mimic", "shaped"):  # the others answer the loop
+    if name in ("ramp", "root_ramp", "mimic"):  # the other one answers the loop
         np.testing.assert_allclose(found["?warmer=true"], -found[""], atol=1e-6)
     assert found["?warmer=true"].max() > 0.1
     assert found["?warmer=true"].min() > -1e-6
@@ -86,55 +82,6 @@ def test_a_warm_mimic_shows_a_gain_of_heat() -> None:
     np.testing.assert_allclose(shown[1], -shown[0])
 
 
-@settings(max_examples=40, deadline=None)
-@given(
-    rate=st.floats(0, 20), exponent=st.floats(0.1, 3), cap=st.floats(0, 15), delay=st.floats(0, 10),
-    weights=st.lists(st.floats(-1, 1), min_size=4, max_size=4), age_h=st.floats(0, 12), warmer=st.booleans(),
-)  # fmt: skip
-def test_a_shaped_attack_is_its_formula(
-    rate: float, exponent: float, cap: float, delay: float, weights: Any, age_h: float, warmer: bool
-) -> None:
-    spec = spec_of("attacker")
-    named = {f"w{place + 1}": weight for place, weight in enumerate(weights)}
-    policy = resolve_policy("shaped", spec, rate_c_per_h=rate, exponent=exponent, cap_c=cap, delay_h=delay,
-                            warmer=warmer, **named)  # fmt: skip
-    steps = round(age_h * 30)
-    action = policy.act(Seen(spec.fields, observed(spec, attack_h=steps / 30)), None)[0][0]
-    size = min(cap, 10 * rate * (max(steps / 30 - delay, 0) / 10) ** exponent)
-    expected = np.array(weights) * size * (1 if warmer else -1) / 15
-    np.testing.assert_allclose(action[:4], np.clip(expected, -1, 1), atol=1e-9)
-    assert action[4] == -1.0
-
-
-def test_the_opportunist_lies_boldly_to_whom_it_has_caught() -> None:
-    config = {"compromised_weights": (0, 1), "onset_step": 215, "num_steps": 400, **SEES}
-    for defender in ("none", "fixed", "mtd1"):
-        bold = play("opportunist", defender, range(20), "learning", **config)["return"]
-        constant = play("constant?reading_c=10", defender, range(20), "learning", **config)["return"]
-        assert bold.mean() > 0.9 * constant.mean(), defender
-
-
-@pytest.mark.parametrize("defender", ["mtd2", "model_only"])
-def test_the_opportunist_creeps_past_whom_it_has_not(defender: str) -> None:
-    config = {"num_steps": 500, **SEES}
-    careful, brink = (play(name, defender, range(12), "learning", **config) for name in ("opportunist", "brink"))
-    np.testing.assert_array_equal(careful["return"], brink["return"])
-
-
-@pytest.mark.parametrize("sign", ["", "?warmer=true"])
-def test_the_opportunist_tracks_whoever_follows_filters(sign: str) -> None:
-    config = {"num_steps": 400, "onset_step": (210, 250), **SEES}
-    one, other = (play(f"{name}{sign}", "largest", range(12), "learning", **config) for name in
-                  ("opportunist", "tracker"))  # fmt: skip
-    np.testing.assert_array_equal(one["return"], other["return"])
-
-
-def test_the_opportunist_says_what_it_needs() -> None:
-    with pytest.raises(ConfigurationError, match="attacker_sees_choice=false hides"):
-        resolve_policy("opportunist", spec_of("attacker"))
-    resolve_policy("opportunist", spec_of("attacker", **SEES))
-
-
 def test_the_tracker_watches_all_sensors_where_the_choice_is_hidden() -> None:
     """So against who follows the filter of all sensors, hiding it changes nothing; against others it does."""
     days = {"num_steps": 400, "onset_step": (210, 250), "compromised_weights": (0, 0, 1)}
@@ -144,42 +91,6 @@ def test_the_tracker_watches_all_sensors_where_the_choice_is_hidden() -> None:
 
     np.testing.assert_array_equal(paid(FIRST + 14), paid(FIRST + 14, **SEES))
     assert (paid(FIRST) != paid(FIRST, **SEES)).any()
-
-
-LATE = {"onset_step": (440, 470), "compromised_weights": (0, 1, 1)}
-BOLD = "constant?reading_c=10"
-
-
-def test_the_listener_hears_who_follows_filters() -> None:
-    """Then it pays what the tracker pays, and the bold lie otherwise."""
-    paid = {
-        name: play(name, "largest", range(24), "learning", **LATE)["return"] for name in ("listener", "tracker", BOLD)
-    }
-    heard = paid["listener"] == paid["tracker"]
-    np.testing.assert_array_equal(paid["listener"][~heard], paid[BOLD][~heard])
-    assert heard.mean() > 0.6
-
-
-@pytest.mark.parametrize("defender", ["none", "fixed", "mtd1", "mtd2", "model_only"])
-def test_the_listener_hears_nothing_from_the_others(defender: str) -> None:
-    listener, bold = (play(name, defender, range(24), "learning", **LATE)["return"] for name in ("listener", BOLD))
-    np.testing.assert_array_equal(listener, bold)
-
-
-def test_the_listener_works_the_heating_out_from_the_temperatures() -> None:
-    exact = dict.fromkeys(
-        ("heat_drift_w", "forecast_bias_c", "forecast_drift_c", "model_error", "unmeasured_heat_w"), 0.0
-    )
-    game = HvacGame(HVAC.config("learning", {**exact, "num_steps": 260, "onset_step": 255}), 2)
-    listener, envs = Listener(game.spec("attacker")), np.ones(2, bool)
-    game.reset(envs, [np.random.default_rng(seed) for seed in (0, 1)])
-    state = listener.begin([np.random.default_rng(seed) for seed in (2, 3)], [{}, {}])
-    for k in range(250):
-        _, state = listener.act(Seen(game.fields["attacker"], game.observe("attacker")), state)
-        if k > 0:
-            np.testing.assert_allclose(state[1], game.state.heating, atol=0.1)
-        game.advance({"defender": np.full(2, FIRST + k % 16 if k >= 200 else 0)}, envs, 1)
-    assert game.state.heating.std() > 10.0
 
 
 def test_the_tracker_holds_its_innovations_below_its_level() -> None:

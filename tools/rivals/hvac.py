@@ -10,8 +10,8 @@ from tools.rivals import Rivals
 
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
 SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
-    **{name: name for name in ("ramp", "root_ramp", "mimic", "brink", "tracker", "listener")},
-    **{f"noisy_{name}": f"{name}?keep_noise=true" for name in ("ramp", "mimic", "shaped")},
+    **{name: name for name in ("ramp", "root_ramp", "mimic", "brink", "tracker")},
+    **{f"noisy_{name}": f"{name}?keep_noise=true" for name in ("ramp", "mimic")},
     "noisy_root": NOISY_ROOT,
 }
 READINGS = tuple(value / 6.0 for value in range(-6, 7))  # 10 to 40 C in steps of 2.5 C, in shares of the sensor range

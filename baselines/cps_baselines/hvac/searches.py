@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from cps_baselines.searches import Searches, SearchSpace
 
-SHAPE = {"rate_c_per_h": (0.0, 6.0), "exponent": (0.2, 2.0), "cap_c": (0.5, 15.0), "delay_h": (0.0, 6.0)}
-ONE_SIGN = dict.fromkeys(("w1", "w2", "w3", "w4"), (0.0, 1.0))
-BOTH_SIGNS = dict.fromkeys(("w1", "w2", "w3", "w4"), (-1.0, 1.0))
 BRINK = {"margin_c2": (0.0, 0.35), "gain": (0.05, 1.0), "most": (0.5, 8.0)}
 TRACK = {"level": (0.05, 1.5), "gain": (0.05, 1.0), "noise": (0.3, 1.5), "cap_c": (0.5, 15.0)}
-A_RAMP = {"rate_c_per_h": 0.7, "exponent": 1.0, "cap_c": 12.0, "delay_h": 0.3, **dict.fromkeys(ONE_SIGN, 0.8)}
 A_TRACKER = {"level": 0.4, "gain": 0.5, "noise": 1.0, "cap_c": 12.0}
 
 SEARCHES: Searches = {
     "attacker": (
-        SearchSpace("shaped-cold", "shaped?keep_noise=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
-        SearchSpace("shaped-warm", "shaped?keep_noise=true&warmer=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
-        SearchSpace("shaped-mixed", "shaped?keep_noise=true", {**SHAPE, **BOTH_SIGNS}),
         SearchSpace("tracker-cold", "tracker", TRACK, A_TRACKER),
         SearchSpace("tracker-warm", "tracker?warmer=true", TRACK, A_TRACKER),
         SearchSpace("brink-cold", "brink", BRINK),
