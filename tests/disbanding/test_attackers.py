@@ -1,4 +1,4 @@
-"""Attackers that search: the genetic algorithm, and plans that are made anew on the way."""
+"""The attacker that searches its plan: the genetic algorithm."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.families import REPLANNING
 from cps_baselines.disbanding.genetic import GeneticAlgorithm
 from cps_baselines.disbanding.plan_search import SearchResult, search_plan
-from cps_baselines.family import Members
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import resolve_policy
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array
 from cps_envs.disbanding.problem import DISBANDING
 from tests import episodes
 
@@ -129,62 +127,3 @@ def test_equal_episodes_are_solved_once() -> None:
     policy = GeneticAlgorithm(DISBANDING.game(config, 1).spec("attacker"), generations=2, population=6)
     play_episodes(DISBANDING, config, {"attacker": policy, "defender": "none"}, [0, 1, 2])
     assert len(policy.reports) == 1
-
-
-def times_s(defender: str, budget: int, tau_s: float = 0.3, **numbers: float) -> FloatArray:
-    """When the platoons are disbanded, front to rear, in one episode by the family's start."""
-    config = DISBANDING.config("easy", {"attack_budget": budget, "tau_s": tau_s, "duration_s": 145.0})
-    values = REPLANNING.values(np.zeros((1, len(REPLANNING.numbers))))
-    for name, value in numbers.items():
-        values[0, REPLANNING.names.index(name)] = value
-    attacker = Members(DISBANDING.game(config, 1).spec("attacker"), REPLANNING, values)
-    games: list[Any] = []
-    play_episodes(DISBANDING, config, {"attacker": attacker, "defender": defender}, [0], on_step=games.append)
-    found: FloatArray = games[-1].truth(0)["disbanding_s"]
-    return found
-
-
-def test_platoons_fall_from_front_to_rear_as_far_as_the_budget_goes() -> None:
-    times = times_s("none", 4)
-    assert times[0] == 1.0
-    assert np.isfinite(times[:4]).all()
-    assert (np.diff(times[:4]) > 0).all()
-    assert np.isinf(times[4:]).all()
-
-
-def test_the_last_attack_answers_the_defender_that_it_sees() -> None:
-    undefended, slow, close = (times_s(defender, 2)[1] for defender in ("none", "heuristic", "feedback"))
-    assert 105.0 <= undefended < slow <= 131.0  # who only just moves is between two of the speeds
-    assert close < 50.0
-
-
-def test_it_tells_defenders_apart_by_the_gaps_between_platoons() -> None:
-    names = ("feedback", "cacc?told=broadcast", "cacc", "copy")
-    times = [times_s(defender, 2, close_last=40.0, last_25_near=50.0, last_30_near=50.0)[1] for defender in names]
-    assert times[0] == 40.0
-    assert 47.0 <= times[1] < 75.0 <= min(times[2:]) < max(times[2:]) <= 95.0
-
-
-def test_times_follow_the_lag() -> None:
-    early, late = (times_s("none", 2, tau_s)[1] for tau_s in (0.1, 0.5))
-    assert 105.0 <= early < 120.0 < late <= 132.0
-    second, third, last = (
-        times_s("none", 4, 0.3, second_lag_3=9.0, third_lag_3=0.5, last_0_lag_3=100.0)[i] for i in (1, 2, 3)
-    )
-    assert second == 10.0
-    assert third - second == pytest.approx((last - second) / 2, abs=1.0)
-
-
-def test_it_looks_before_its_last_attack() -> None:
-    assert times_s("none", 2, last_0_lag_3=5.0, last_3=5.0)[1] == 47.0
-
-
-def test_each_episode_of_a_batch_has_its_own_numbers() -> None:
-    config = DISBANDING.config("easy", {"attack_budget": 2, "tau_s": 0.3})
-    points = np.zeros((2, len(REPLANNING.numbers)))
-    points[1, REPLANNING.names.index("last_0_lag_3")] = -1.0
-    attacker = Members(DISBANDING.game(config, 1).spec("attacker"), REPLANNING, REPLANNING.values(points))
-    games: list[Any] = []
-    play_episodes(DISBANDING, config, {"attacker": attacker}, [0, 0], on_step=games.append)
-    first, second = (games[-1].truth(b)["disbanding_s"][1] for b in range(2))
-    assert 2.0 <= first - second <= 4.0

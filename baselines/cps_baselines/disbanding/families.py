@@ -1,4 +1,4 @@
-"""Families of policies whose numbers a search chooses: two controllers of strings, and an attacker that replans."""
+"""Families of policies whose numbers a search chooses: controllers of strings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from cps_baselines.disbanding.feedback import SHAPE as WEIGHTS
 from cps_baselines.disbanding.feedback import SIGNALS, LinearFeedback
-from cps_baselines.disbanding.replanning import Numbers, Replanning
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
 from cps_baselines.family import Family, Number
 from cps_baselines.searched import built
@@ -131,40 +130,6 @@ FEEDBACK = Family(
 )
 
 
-def _replanning(spec: RoleSpec, values: FloatArray) -> Replanning:
-    return Replanning(spec, Numbers(*values.T))
-
-
-# By hand, from plans that were played on a grid of times: one by one, against each kind of defender.
-REPLANNING = Family(
-    "disbanding",
-    "attacker",
-    (
-        Number("look_s", 46.0, 3.0),
-        Number("last_0_lag_1", 106.0, 4.0),
-        Number("last_0_lag_3", 107.0, 4.0),
-        Number("last_0_lag_5", 131.0, 4.0),
-        Number("last_3", 130.0, 8.0),
-        Number("last_8", 130.0, 8.0),
-        Number("last_20", 90.0, 8.0),
-        Number("last_25_near", 55.0, 5.0),
-        Number("last_25_far", 75.0, 3.0),
-        Number("last_30_near", 60.0, 5.0),
-        Number("last_30_far", 95.0, 3.0),
-        Number("last_per_attack", 5.0, 2.0),
-        Number("second_lag_1", 3.0, 2.0),
-        Number("second_lag_3", 19.0, 3.0),
-        Number("second_lag_5", 9.0, 2.0),
-        Number("third_lag_1", 0.38, 0.1),
-        Number("third_lag_3", 0.32, 0.1),
-        Number("third_lag_5", 0.03, 0.05),
-        Number("close_m", 8.0, 1.0),
-        Number("close_last", 44.0, 2.0),
-    ),
-    _replanning,
-)
-
-
 TOLD = {  # what `cacc` hears beside its predecessor: the name of its numbers, and their family
     "nothing": ("cacc", LOCAL),
     "broadcast": ("cacc_broadcast", BROADCAST),
@@ -188,14 +153,3 @@ def cacc(spec: RoleSpec, told: str = "nothing", untrained: bool = False, **numbe
         raise ConfigurationError(f"told = {told!r} is not known. {near(told, TOLD)}")
     name, family = TOLD[told]
     return built(spec, family, name, numbers, untrained)
-
-
-def replanning(spec: RoleSpec, **numbers: float) -> Replanning:
-    """Disbands the front platoon, looks how the rear half drives, and plans the next attack anew after each.
-
-    `numbers` are those of `replanning.Numbers`; left out, they are set by hand, which a search did not improve.
-
-    Raises:
-        ConfigurationError: an unknown number.
-    """
-    return _replanning(spec, REPLANNING.row(numbers))
