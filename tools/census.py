@@ -61,7 +61,6 @@ SHIPPING = (
     "paper",
     "tests",
     "tools/bench",
-    "tools/recipes",
     "tools/rivals",
     *PAGES,
     "CHANGELOG.md",

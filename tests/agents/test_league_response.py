@@ -30,7 +30,7 @@ from cps_agents.league.search import SearchJob
 from cps_agents.league.strategy import mix
 from cps_agents.league.venues import merged, venue_against
 from cps_agents.learning import learner
-from cps_agents.learning.recipe import SHARED, Recipe
+from cps_agents.learning.recipe import SEARCH, SHARED, Recipe
 from cps_agents.learning.shared import make_learner
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
@@ -42,7 +42,6 @@ from cps_envs.core.types import ROLES, Role
 from tests.agents.command_line import invoke, refusal, succeeded
 from tests.agents.trained import save_tiny
 from tests.episodes import play
-from tools.recipes import SEARCHED
 
 VENUE = Venue("rogue", "easy", {"duration_s": 3.0})
 
@@ -298,6 +297,6 @@ def test_a_budget_bounds_search_and_learning_together() -> None:
     recipe = find_recipe("fdi-attack")
     assert limited(recipe, 200).total_steps == 200
     assert (limited(recipe, None).most_cpu_s, limited(recipe, None, 3.0).most_cpu_s) == (60, 3)
-    searched = replace(SEARCHED["hvac-warm-tracker"], total_steps=9_000)
+    searched = Recipe("tracker", "hvac", algorithm=SEARCH, preset="learning", total_steps=9_000)
     assert limited(searched, None) == searched
     assert limited(searched, 10 * 719 * 2).total_steps in (20, 21)  # episodes of 719 decisions and a little

@@ -16,7 +16,7 @@ pytest.importorskip("cma")
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
-from cps_agents.learning.recipe import Recipe, Situation, changed
+from cps_agents.learning.recipe import SEARCH, Recipe, Situation, changed
 from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.search import CHECKPOINT
 from cps_agents.zoo.card import read_card
@@ -28,20 +28,25 @@ from cps_envs.core.errors import ConfigurationError, UntrustedCodeError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.disbanding.problem import DISBANDING
-from cps_envs.testbed.problem import ATTACK
 from tests.agents.command_line import refusal, succeeded
-from tools.recipes import SEARCHED
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
 SCENES = (Situation(2, "lead"), Situation(1, "table_2_3", "easy", {"attack_budget": 2}))
-RECIPE = replace(
-    SEARCHED["disbanding-cacc"],
+RECIPE = Recipe(
+    name="disbanding-cacc",
+    problem="disbanding",
+    role="defender",
+    algorithm=SEARCH,
+    family="disbanding-local",
+    preset="paper",
     overrides=SHORT,
+    opponent="lead",
     scenes=SCENES,
     population=6,
     total_steps=6 * 3 * 8,
     evaluations=3,
     evaluation_episodes=3,
+    search_deviation=0.2,
 )
 
 
@@ -64,10 +69,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole")
     learn(job(folder))
     return folder
-
-
-def test_the_recipe_for_robots_plays_the_attack_of_the_test_bed() -> None:
-    assert SEARCHED["disbanding-cacc-robots"].opponent == ATTACK
 
 
 def test_a_run_leaves_a_better_policy_with_its_numbers(whole: Path) -> None:

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import pytest
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
+from cps_agents.learning.recipe import SHARED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_envs.core.declare.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from cps_envs.core.errors import UntrustedCodeError
 from cps_envs.core.types import ROLES
 from cps_envs.registration import PROBLEMS
-from tools.recipes import SEARCHED, FdiHypotheses
 
 MINE = Recipe(name="mine", problem="rogue", overrides={"duration_s": 3.0})
+HERE = "tests.agents.test_recipes"
+
+
+@dataclass(frozen=True)
+class Own(Recipe):
+    """A recipe of one's own, as a file beside the package has it."""
+
+    name: str = "own"
 
 
 def test_recipes_are_found_by_name_and_by_environment() -> None:
@@ -31,19 +40,14 @@ def test_recipes_are_found_by_name_and_by_environment() -> None:
 def test_a_recipe_of_ones_own_is_named_by_its_class(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
     with pytest.raises(UntrustedCodeError):
-        find_recipe("tools.recipes:FdiHypotheses")
+        find_recipe(f"{HERE}:Own")
     monkeypatch.setenv("CPS_ENVS_TRUST", "1")
-    assert find_recipe("tools.recipes:FdiHypotheses") == FdiHypotheses()
-    for name in ("tools.recipes:FdiHypothesis", "tools.recipes:SEARCHED"):
+    assert find_recipe(f"{HERE}:Own") == Own()
+    for name in (f"{HERE}:Owns", f"{HERE}:MINE"):
         with pytest.raises(CommandError, match="MODULE:CLASS"):
             find_recipe(name)
     with pytest.raises(CommandError, match="nothing can be imported"):
-        find_recipe("tools.nobody:FdiHypotheses")
-
-
-def test_recipes_that_searched_what_ships_are_searches() -> None:
-    assert len(SEARCHED) == 9
-    assert {recipe.algorithm for recipe in SEARCHED.values()} == {SEARCH}
+        find_recipe("tests.nobody:Own")
 
 
 def test_recipes_refuse_nonsense() -> None:
