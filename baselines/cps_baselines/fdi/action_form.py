@@ -82,12 +82,6 @@ class ActionForm:
         _say(self.held, error, attacked, wishes, self.masks(masks, len(error)), legal, actions, levels)
         return actions, levels
 
-    def to_levels(self, error: FloatArray, attacked: BoolArray, actions: IntArray) -> IntArray:
-        """The levels (B, S) that actions (B, S) ask for."""
-        levels = np.empty(attacked.shape, np.int64)
-        _read(self.held, error, attacked, actions, levels)
-        return levels
-
     def masks(self, masks: BoolArray | None, num_envs: int) -> BoolArray:
         """The masks that `interval_of` looks at: those of the form "level", if there are any, else (B, 0)."""
         if masks is not None and not self.share_levels:
@@ -97,11 +91,6 @@ class ActionForm:
     def error_after(self, error: FloatArray, levels: IntArray) -> FloatArray:
         """The error (2n,) one step after injecting levels (S,), (3.16): nothing clipped, disturbed or defended."""
         after: FloatArray = self._transition @ error + self._effect @ levels
-        return after
-
-    def errors_after(self, errors: FloatArray, levels: IntArray) -> FloatArray:
-        """The same of a batch: errors (B, 2n) and levels (B, S)."""
-        after: FloatArray = errors @ self._transition.T + levels @ self._effect.T
         return after
 
 
@@ -203,27 +192,6 @@ def say(
         levels[slot] = slots.s.level[slot]
 
 
-@inlined
-def read(
-    form: Form,
-    c: Constants,
-    error: FloatArray,
-    attacked: BoolArray,
-    slots: Slots,
-    unmasked: BoolArray,
-    actions: IntArray,
-    levels: IntArray,
-) -> None:
-    """See `ActionForm.to_levels`, of one episode whose slots are open; `unmasked` (0,) is no mask."""
-    count = form.share_levels[0]
-    for slot in range(actions.size):
-        level = actions[slot] - form.bounds[slot] if attacked[slot] else 0
-        if count > 0:
-            low, high = interval_of(form, c, error, slots, slot, unmasked)
-            level = said(actions[slot], low, high, count) if attacked[slot] else 0
-        slots.s.level[slot] = levels[slot] = level
-
-
 @kernel
 def _say(
     form: Form,
@@ -240,14 +208,3 @@ def _say(
     for b in range(wishes.shape[0]):
         slots, error, mask = open_slots(form, borrowed(attacked)[b], new), borrowed(errors)[b], borrowed(masks)[b]
         say(form, c, error, slots, mask, borrowed(wishes)[b], legal, borrowed(actions)[b], borrowed(levels)[b])
-
-
-@kernel
-def _read(form: Form, errors: FloatArray, attacked: BoolArray, actions: IntArray, levels: IntArray) -> None:
-    """See `ActionForm.to_levels`."""
-    c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
-    unmasked = np.empty(0, np.bool_)
-    for b in range(actions.shape[0]):
-        error, marks = borrowed(errors)[b], borrowed(attacked)[b]
-        slots = open_slots(form, marks, new)
-        read(form, c, error, marks, slots, borrowed(unmasked), borrowed(actions)[b], borrowed(levels)[b])

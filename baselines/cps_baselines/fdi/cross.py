@@ -28,7 +28,7 @@ def crossing_program(config: FdiConfig, task: Task, *, strict: bool = False) -> 
     The variables are those of `columns_of`.
     """
     columns, ending = columns_of(config, task.sensors), Ending(config.horizon, task.target - 1)
-    plain = program_to(config, task.sensors, ending, strict=strict, fastest=True)
+    plain = program_to(config, task.sensors, ending, strict=strict)
     rows, cost = stack([through(plain.rows, columns.transform), columns.rows]), columns.transform.T @ plain.cost
     return Program(cost, rows, -columns.bound, columns.bound, np.ones(len(cost), np.bool_))
 

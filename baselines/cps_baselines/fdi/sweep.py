@@ -152,7 +152,7 @@ def crossing_from(config: FdiConfig, instance: Instance, steps: int, *, integer:
     They begin at the start of the instance. The second value is what e_v,t(steps) has besides the program's objective.
     """
     sensors, pair, start = instance.task.sensors, instance.task.target - 1, np.array(instance.start)
-    program = from_state(program_to(config, sensors, Ending(steps, pair), fastest=True), start)
+    program = from_state(program_to(config, sensors, Ending(steps, pair)), start)
     whole = np.ones(len(program.cost), np.bool_) if integer else None
     return replace(program, integer=whole), float(
         lift(config, sensors).drift[steps, config.num_vehicles + pair] @ start
