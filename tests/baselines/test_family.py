@@ -108,7 +108,6 @@ def test_each_episode_is_played_by_its_own_row(family: Family, overrides: dict[s
     [
         ("fdi-hypotheses", "tracker", {}, 0.0),
         ("fdi-task-tracker", "cusum", {}, 0.0),
-        ("fdi-planner", "none", {"preset": "drawn"}, 0.0),
         ("hvac-bayes", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
         ("hvac-bayes-together", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
     ],

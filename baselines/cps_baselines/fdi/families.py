@@ -1,6 +1,6 @@
-"""The defender `Hypotheses`, the attackers `TaskTracker` and `Planner`: families whose numbers a search chooses.
+"""The defender `Hypotheses` and the attacker `TaskTracker`: families whose numbers a search chooses.
 
-The policies with the numbers that are shipped are `hypotheses`, `task_tracker` and `annealing`.
+The policies with the numbers that are shipped are `hypotheses` and `task_tracker`.
 """
 
 from __future__ import annotations
@@ -9,8 +9,6 @@ import numpy as np
 
 from cps_baselines.family import Family, Number
 from cps_baselines.fdi.hypotheses import Hypotheses
-from cps_baselines.fdi.planner import Planner
-from cps_baselines.fdi.planning import Habits
 from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
 from cps_baselines.searched import built
 from cps_envs.core.policies.adapter import advises
@@ -73,15 +71,6 @@ TASK_TRACKER = Family(
 )
 
 
-HABITS = Habits(10.0, 3.0, 0.01, 0.5, 10.0, 0.35, 0.15, 0.15, 0.1, 0.125, 0.125)  # by hand
-PLANNER = Family(
-    "fdi",
-    "attacker",
-    tuple(Number(name, start, 0.4, by_factors=True) for name, start in zip(Habits._fields, HABITS, strict=True)),
-    Planner,
-)
-
-
 def hypotheses(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
     """Follows the likeliest hypothesis about which sensors lie, once the evidence for it is strong enough.
 
@@ -107,14 +96,3 @@ def task_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> T
     policy = built(spec, TASK_TRACKER, "task_tracker", numbers, untrained)
     assert isinstance(policy, TaskTracker)
     return policy
-
-
-def annealing(spec: RoleSpec, **numbers: float) -> Planner:
-    """Plans by simulated annealing in the model of an undefended platoon, and improves the plan at every step.
-
-    `numbers` are those of `Habits`; left out, they are set by hand, which a search did not improve.
-
-    Raises:
-        ConfigurationError: an unknown number, or what `Planner` refuses.
-    """
-    return Planner(spec, PLANNER.row(numbers))
