@@ -53,7 +53,7 @@ RIVALS: Mapping[Role, Rivals] = {
     ),
     "defender": Rivals(
         policies=(
-            *map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only")),
+            *map(Contestant, ("none", "chi2", "cusum", "bank", "model_only")),
             Contestant("hypotheses"),
             Contestant("hypotheses_start", "hypotheses?untrained=true"),
         ),

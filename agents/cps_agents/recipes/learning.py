@@ -85,7 +85,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluations": 2,
         "evaluation_episodes": 256,
     },
-    # What was used lately tells the defenders apart. `redundant_cusum` and `zoo:fdi-defense` are for judging.
+    # What was used lately tells the defenders apart. `zoo:fdi-defense` is for judging.
     ("fdi", "attacker"): {
         "opponent": mixture({"cusum": 2, "chi2": 1, "bank": 2, "hypotheses": 2}),
         "recent_s": (1.0, 4.0),

@@ -34,7 +34,7 @@ class Detector(AnalyticPolicy):
         if self.config.estimator == "kalman":
             raise ConfigurationError(
                 f"{type(self).__name__} is for exact sensors: it would doubt noise. With estimator = "
-                f'"kalman" use chi2, cusum, redundant_cusum or bank'
+                f'"kalman" use chi2, cusum or bank'
             )
 
     @abstractmethod
