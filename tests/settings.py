@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from cps_envs.core.types import Role
+from cps_paper.fdi.interpretations import INTERPRETATIONS
 
 Settings = Mapping[str, Any]
 
@@ -167,19 +168,39 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
         golden={
             "paper attack": Golden("attacker", {"preset": "paper"}, boldness=1.0),
             "paper defence": Golden("defender", {"preset": "paper", "opponent": "bang_bang"}, boldness=0.0),
-            "set B": Golden("attacker", {"preset": "B", "attacked": "v1,4", "target": 1}, seed=1, boldness=1.0),
+            "set B": Golden(
+                "attacker",
+                {"preset": "paper", **INTERPRETATIONS["B"], "attacked": "v1,4", "target": 1},
+                seed=1,
+                boldness=1.0,
+            ),
             "both sensors, shielded": Golden(
                 "attacker", {"preset": "paper", "attacked": "xv2", "target": 2, "shield": True}, seed=2
             ),
             "look-ahead": Golden(
                 "attacker", {"preset": "paper", "attacked": "x3", "target": 4, "mask": "look_ahead"}, seed=3
             ),
-            "shares": Golden("attacker", {"preset": "clip", "attack_action": "share"}, seed=4, boldness=1.0),
+            "shares": Golden(
+                "attacker",
+                {"preset": "paper", **INTERPRETATIONS["clip"], "attack_action": "share"},
+                seed=4,
+                boldness=1.0,
+            ),
             "listed tasks": Golden("attacker", {"preset": "paper", "tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
-            "five vehicles": Golden("attacker", {"preset": "five"}, seed=9, boldness=1.0),
-            "instability attack": Golden("attacker", {"preset": "instability"}, seed=10, boldness=1.0),
-            "instability defence": Golden("defender", {"preset": "instability", "horizon": 300}, seed=11),
-            "figure 3.2": Golden("defender", {"preset": "fig32", "horizon": 640}, boldness=0.0),
+            "five vehicles": Golden("attacker", {"preset": "easy", "num_vehicles": 5}, seed=9, boldness=1.0),
+            "instability attack": Golden(
+                "attacker", {"preset": "paper", **INTERPRETATIONS["instability"]}, seed=10, boldness=1.0
+            ),
+            "instability defence": Golden(
+                "defender",
+                {"preset": "paper", **INTERPRETATIONS["instability"], "horizon": 300, "opponent": "bnb"},
+                seed=11,
+            ),
+            "figure 3.2": Golden(
+                "defender",
+                {"preset": "paper", **INTERPRETATIONS["fig32"], "horizon": 640, "opponent": "bnb"},
+                boldness=0.0,
+            ),
             "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7, boldness=1.0),
             "learning defence": Golden("defender", {"preset": "learning", "opponent": "random"}, seed=8),
             "disturbed defence": Golden(

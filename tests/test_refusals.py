@@ -46,7 +46,7 @@ CONFIGURATIONS: Mapping[str, Sequence[tuple[Overrides, str]]] = {
         ({"horizon": 4}, "below the first feasible step"),
         ({"discretisation": "euler"}, "unstable without any attack"),
         ({"discretisation": "zohu"}, "smaller dt_s"),
-        ({"limits": "clip"}, 'preset "clip"'),
+        ({"limits": "clip"}, 'preset "defense"'),
         ({"max_acceleration_mps2": float("nan")}, "must be a number"),
         ({"attackd": "x1"}, "attacked"),
         ({"max_range_injection_m": 0.13}, "below range_resolution_m = 0.5.*Raise max_range_injection_m"),

@@ -37,8 +37,8 @@ class FdiConfig:
     derivative_gain: float = quantity(3.0, unit="1/s", low=0, high=100, source=f"k_d; {FREE}")
     min_acceleration_mps2: float = quantity(-5.0, unit="m/s2", low=-20, high=-0.1, source=f"u_min; {FREE}")
     max_acceleration_mps2: float = quantity(5.0, unit="m/s2", low=0.1, high=20, source=f"u_max; {FREE}")
-    limit_commands: bool = quantity(True, source="(3.49); not in Algorithm 2, so not in preset fig32")
-    limit_readings: bool = quantity(True, source="(3.50): a spoofed range is at least 0; not in preset fig32, chosen")
+    limit_commands: bool = quantity(True, source="(3.49); not in Algorithm 2")
+    limit_readings: bool = quantity(True, source="(3.50): a spoofed range is at least 0; chosen")
     dt_s: float = quantity(0.2, unit="s", low=0.005, high=1, source=FREE)
     discretisation: str = quantity("zoh", choices=DISCRETISATIONS, source=FREE)
     limits: str = quantity("hard", choices=("hard", "clip"), source="chosen: illegal moves end the episode, or clip")
@@ -107,7 +107,7 @@ class FdiConfig:
         if self.limits == "clip" and self.discretisation != "zohu":
             raise ConfigurationError(
                 'limits = "clip" holds clipped commands over the step: it needs discretisation = "zohu", and a dt_s at '
-                'which that is stable, such as 0.1 s (preset "clip").'
+                'which that is stable, such as 0.1 s, as in preset "defense".'
             )
         if not self.model.spectral_radius < 1:
             raise ConfigurationError(
@@ -219,28 +219,21 @@ class FdiConfig:
 
 
 A = FdiConfig()
-B = replace(A, proportional_gain=2.0, derivative_gain=5.0, min_acceleration_mps2=-8.0)
-C = replace(A, min_acceleration_mps2=-4.0, max_acceleration_mps2=4.0, horizon=25)
-FIG_3_2 = replace(
+DEFENSE = replace(
     A,
-    num_vehicles=10,
-    attacked="x10",
-    target=10,
-    horizon=1200,
-    proportional_gain=2.0,
-    dt_s=0.05,
-    discretisation="euler",
-    max_rate_injection_mps=20.0,
-    limit_commands=False,
-    limit_readings=False,
-    paid_pair="any",
-)
-CLIP = replace(A, limits="clip", discretisation="zohu", dt_s=0.1, horizon=40)
-LEARNING = replace(
-    CLIP,
-    tasks="v4>4 xv4>4 v1+rv2>1 xv1+rv2>1 v2+rv3>2 xv3+rv4>3 xv2>2 x4>4",
+    tasks="feasible",
+    limits="clip",
+    discretisation="zohu",
+    dt_s=0.1,
     horizon=100,
     paid_pair="any",
+    gap_spread_m=0.1,
+    speed_spread_mps=0.1,
+    disturbance_mps2=0.1,
+)
+LEARNING = replace(
+    DEFENSE,
+    tasks="v4>4 xv4>4 v1+rv2>1 xv1+rv2>1 v2+rv3>2 xv3+rv4>3 xv2>2 x4>4",
     max_range_injection_m=10.0,
     max_rate_injection_mps=5.0,
     gap_spread_m=0.5,
@@ -266,34 +259,10 @@ DRAWN = replace(
     speed_spread_mps=0.2,
     gain_spread=0.2,
 )
-INSTABILITY = replace(
-    FIG_3_2,
-    goal="instability",
-    attacked="xv10",
-    horizon=800,
-    limit_commands=True,
-    limit_readings=True,
-    paid_pair="target",
-)
-FIVE = replace(A, num_vehicles=5, attacked="v1,4", target=1, tasks="feasible")
 PRESETS = {
     "paper": A,
-    "B": B,
-    "C": C,
-    "fig32": FIG_3_2,
-    "five": FIVE,
-    "instability": INSTABILITY,
-    "clip": CLIP,
     "easy": replace(A, tasks="feasible"),
     "learning": LEARNING,
     "drawn": DRAWN,
-    "defense": replace(
-        CLIP,
-        tasks="feasible",
-        horizon=100,
-        paid_pair="any",
-        gap_spread_m=0.1,
-        speed_spread_mps=0.1,
-        disturbance_mps2=0.1,
-    ),
+    "defense": DEFENSE,
 }

@@ -81,11 +81,9 @@ episode; with `limits="clip"` injections and commands are clipped instead. Termi
 latest.
 
 ## Arguments
-`preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "easy": feasible tasks drawn, "five": the
-same with five vehicles, "instability": the goal of section 3.3, "defense", "drawn": starts and gains drawn too,
-"learning": the duel), `opponent` (a defender: name, "module:attribute" or
-policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
-`cps_envs.fdi.config.FdiConfig`:
+`preset` ("paper": set A of the specification, "easy": feasible tasks drawn, "defense", "drawn": starts and gains drawn
+too, "learning": the duel), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`,
+`frame_skip` (decisions that an action is held for), and any field of `cps_envs.fdi.config.FdiConfig`:
 
 {parameter_table}
 
@@ -132,8 +130,8 @@ fronts of vehicles 1..4 and at the rears of 2..4, then the range-rates.
 
 ## Rewards
 The attacker's reward with the opposite sign. The defender loses the impact speed at the end; in preset `defense` that
-of any pair. In preset `instability` it loses the growth of the target pair's errors instead. It also pays 0.01 m/s per
-second for each replaced reading, and 0.01 times the mean size of its corrections over time.
+of any pair. With `goal="instability"` it loses the growth of the target pair's errors instead. It also pays 0.01 m/s
+per second for each replaced reading, and 0.01 times the mean size of its corrections over time.
 
 ## Starting State
 Steady state. Presets `defense` and `learning` perturb it, and draw the opponent's attacked sensors and target.
@@ -144,9 +142,9 @@ Terminated at the first sample where any gap has closed. With `limits="hard"` th
 terminates the episode. Terminated after `horizon` steps at the latest.
 
 ## Arguments
-`preset` ("paper", "B", "C", "fig32", "clip", "easy", "five", "instability", "defense", "drawn", "learning"),
-`opponent` (an attacker: name, "module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an action is
-held for), and any field of `cps_envs.fdi.config.FdiConfig`:
+`preset` ("paper", "easy", "defense", "drawn", "learning"), `opponent` (an attacker: name, "module:attribute" or
+policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.fdi.config.FdiConfig`:
 
 {parameter_table}
 

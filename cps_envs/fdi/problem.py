@@ -14,8 +14,6 @@ def vehicle_steps(config: FdiConfig) -> float:
 
 MIMICS = ",".join(f'"mimic?acceleration_mps2={value}"' for value in (0.2, 0.3, 0.5, 0.8))  # 0.4 and 0.6 are for judging
 ATTACKERS = {  # where it is not the plain optimum
-    "fig32": "bnb",
-    "instability": "bnb",
     "defense": 'mixture?policies=["none","oracle?start=random"]',
     "drawn": "bang_bang",
     "learning": f'mixture?policies=["none","swing","bang_bang","blind_tracker","tracker",{MIMICS}]'

@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 
 from cps_envs.core.types import Array
-from cps_envs.fdi.config import CLIP, PRESETS, FdiConfig
+from cps_envs.fdi.config import PRESETS, FdiConfig
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.scene import Scene
 from cps_envs.fdi.picture.viewer import FdiViewer
+from cps_paper.fdi.interpretations import CLIP, FIG_3_2
 from tests.pictured import Pictured, bumped
 
 EVERY = np.ones(1, np.bool_)
@@ -56,6 +57,7 @@ def frame(scene: Scene, config: FdiConfig = CONFIG) -> Array:
 START, UNDER_WAY, COLLISION = (played(CONFIG, CRASH[:steps]) for steps in (0, 12, 20))
 ODD = (
     *(replace(preset, tasks=preset.tasks and DRAWN) for preset in PRESETS.values()),
+    FIG_3_2,
     replace(CONFIG, desired_gap_m=0.5),
     replace(CONFIG, desired_gap_m=100.0, horizon=60),
     replace(CONFIG, range_resolution_m=0.001),

@@ -65,7 +65,7 @@ def test_an_attacker_is_active_from_shortly_before_its_lies_work() -> None:
     assert found == [[False] * 2] * 14 + [[True] * 2] * 6  # the first lie changes readings at step 20
 
 
-@pytest.mark.parametrize("preset", ["paper", "clip"])
+@pytest.mark.parametrize("preset", ["paper", "defense"])
 def test_without_a_filter_there_is_nobody_to_lie_to(preset: str) -> None:
     with pytest.raises(ConfigurationError, match='estimator = "kalman"'):
         Motion(spec_of("attacker", preset=preset))

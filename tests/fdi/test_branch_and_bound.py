@@ -17,8 +17,9 @@ from cps_baselines.fdi.injection import view_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.config import FIG_3_2, FdiConfig
+from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.problem import FDI
+from cps_paper.fdi.interpretations import FIG_3_2
 
 KINDS = ("x", "v", "xv")
 BROAD = FdiConfig()

@@ -14,9 +14,10 @@ from cps_baselines.fdi.highs import Limits, solve
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import IntArray
-from cps_envs.fdi.config import CLIP, PRESETS, A, B, FdiConfig
+from cps_envs.fdi.config import A, FdiConfig
 from cps_envs.fdi.optima import GAP_REACHED, INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.task import Task, all_tasks, parse_task
+from cps_paper.fdi.interpretations import CLIP, B, C
 from tests.fdi.reference import ANCHORS, play, tasks
 
 LEAD = parse_task("x4>4", 4)
@@ -118,10 +119,9 @@ def test_whole_levels_can_be_infeasible_where_continuous_ones_are_not() -> None:
     assert (record.value_mps, record.bound_mps, record.status) == (None, 0.0, INFEASIBLE)
 
 
-@pytest.mark.parametrize("preset", ["paper", "B", "C", "clip"])
-def test_nobody_collides_before_the_first_feasible_step(preset: str) -> None:
+@pytest.mark.parametrize("config", [A, B, C, CLIP], ids=["A", "B", "C", "clip"])
+def test_nobody_collides_before_the_first_feasible_step(config: FdiConfig) -> None:
     """Both vehicles of a pair accelerate as hard as they may: x_d <= (u_max - u_min) (k dt)^2 / 2."""
-    config = PRESETS[preset]
     earlier = config.fewest_steps - 1
     closing_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
     assert closing_mps2 / 2 * (earlier * config.dt_s) ** 2 < config.desired_gap_m

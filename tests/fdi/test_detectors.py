@@ -10,18 +10,21 @@ from cps_baselines.fdi.model_fallback import ModelFallback
 from cps_envs.core.types import Array
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.problem import FDI
+from cps_paper.fdi.interpretations import INTERPRETATIONS
 from tests.episodes import observed
 from tests.fdi.episodes import play, spec_of, task_settings, watched
+
+CLIP = INTERPRETATIONS["clip"]
 
 DETECTORS = ("kinematic", "redundancy", "model")
 OWN = "x1>1 x2>2 v1>1 v4>4 xv4>4"  # listed, so that no shipped optima are needed
 
 
 @pytest.mark.parametrize("defender", DETECTORS)
-def test_no_false_alarm_without_attack_in_preset_clip(defender: str) -> None:
+def test_no_false_alarm_without_attack_with_clipped_limits(defender: str) -> None:
     disturbed = {"gap_spread_m": 0.2, "speed_spread_mps": 0.2}
     for overrides in ({}, disturbed):
-        outcome = play("none", defender, seeds=range(20), preset="clip", **overrides)
+        outcome = play("none", defender, seeds=range(20), **CLIP, **overrides)
         assert outcome["false_alarm_rate"].max() == 0
         assert outcome["return"].max() == 0
 
@@ -53,7 +56,7 @@ def test_larger_disturbances_are_no_alarm_either(defender: str) -> None:
     ],
 )
 def test_what_is_left_of_the_replayed_optimum(defender: str, task: str, cut: bool) -> None:
-    free, defended = (play("oracle", name, preset="clip", **task_settings(task)) for name in ("none", defender))
+    free, defended = (play("oracle", name, **CLIP, **task_settings(task)) for name in ("none", defender))
     assert free["impact_speed_mps"][0] > 3
     assert defended["illegal"][0] == 0
     if cut:
@@ -63,16 +66,15 @@ def test_what_is_left_of_the_replayed_optimum(defender: str, task: str, cut: boo
         assert defended["worst_impact_mps"][0] == pytest.approx(free["worst_impact_mps"][0], abs=1e-9)
 
 
-@pytest.mark.parametrize("preset", ["paper", "B", "clip"])
-def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset: str) -> None:
-    config = FDI.config(preset, {"attacked": "xv4", "target": 4})
+@pytest.mark.parametrize("name", ["A", "B", "clip"])
+def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(name: str) -> None:
+    overrides = {**INTERPRETATIONS.get(name, {}), "attacked": "xv4", "target": 4}
+    config = FDI.config("paper", overrides)
     residuals = watched(
         lambda game: np.abs([game.episode(b).residual[:3] for b in range(game.num_envs)]).max(),
         "bang_bang",
         seeds=range(50),
-        preset=preset,
-        attacked="xv4",
-        target=4,
+        **overrides,
     )
     assert max(residuals) <= quiet_residual_m(config) + ROUNDING
     assert quiet_residual_m(config) + max(residuals) < config.range_resolution_m  # one level is seen
@@ -90,7 +92,7 @@ def seen_by(defender: FrontRearRedundancy | KinematicResidual, residual_m: list[
 
 
 def test_a_kinematic_alarm_holds_and_is_released_when_the_offset_has_gone() -> None:
-    spec = spec_of("defender", preset="clip")
+    spec = spec_of("defender", **CLIP)
     lasting = seen_by(KinematicResidual(spec, hold_s=0.5), [1.0], 20)
     assert np.all(lasting[:, 0])  # an offset that stays
     assert np.all(lasting[:6, 4])
@@ -102,7 +104,7 @@ def test_a_kinematic_alarm_holds_and_is_released_when_the_offset_has_gone() -> N
 
 
 def test_a_redundancy_alarm_holds_as_told() -> None:
-    spec = spec_of("defender", preset="clip")
+    spec = spec_of("defender", **CLIP)
     course = seen_by(FrontRearRedundancy(spec, hold_s=0.3), [0.5], 10)
     assert np.all(course[:4, 0])
     assert not course[4:].any()
@@ -128,7 +130,7 @@ def test_the_gate_of_the_model_follows_the_disturbance() -> None:
 
 
 def test_memories_start_anew_with_each_episode() -> None:
-    spec = spec_of("defender", preset="clip")
+    spec = spec_of("defender", **CLIP)
     for defender in (KinematicResidual(spec), FrontRearRedundancy(spec), ModelFallback(spec)):
         values = np.zeros((2, spec.fields.size))
         values[:, spec.fields.slices["rate_innovation"]] = 1.0  # m/s, which a wide gate lets pass
@@ -140,7 +142,7 @@ def test_memories_start_anew_with_each_episode() -> None:
         assert not np.array_equal(actions[1], fresh[0])
 
 
-@pytest.mark.skipif(not known(FDI.config("clip", {})), reason="no optima of preset clip are shipped")
+@pytest.mark.skipif(not known(FDI.config("paper", CLIP)), reason="no optima with clipped limits are shipped")
 def test_the_defense_preset_with_its_own_opponent() -> None:
     attacker = FDI.opponents["defense"]["attacker"]
     free, defended = (play(attacker, name, seeds=range(60), preset="defense") for name in ("none", "model"))

@@ -16,6 +16,7 @@ from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.sensors import Sensors, parse_sensors
+from cps_paper.fdi.interpretations import INTERPRETATIONS
 from tests.fdi.episodes import QUIET, Filter, advance, levels, place, started
 
 EVERY = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1"
@@ -202,10 +203,10 @@ def test_an_episode_is_drawn_from_its_own_generator_in_one_order(preset: str, ov
 def test_a_generator_is_used_where_anything_is_left_to_chance() -> None:
     drawn = {"tasks": "x4>4 v1>1", "gap_spread_m": 0.3, "speed_spread_mps": 0.3, "disturbance_mps2": 0.1}
     for name, value in (*drawn.items(), ("gain_spread", 0.1), ("estimator", "kalman"), ("horizon", 30)):
-        preset = "drawn" if name == "gain_spread" else "clip"
-        still = {"tasks": "", "gap_spread_m": 0.0, "speed_spread_mps": 0.0, "gain_spread": 0.0}
+        preset, clipped = ("drawn", {}) if name == "gain_spread" else ("paper", INTERPRETATIONS["clip"])
+        still = {**clipped, "tasks": "", "gap_spread_m": 0.0, "speed_spread_mps": 0.0, "gain_spread": 0.0}
         generator = np.random.default_rng(0)
-        FdiGame(FDI.config(preset, still | {name: value}), 1).reset(np.ones(1, np.bool_), [generator])
+        FdiGame(FDI.config(preset, {**still, name: value}), 1).reset(np.ones(1, np.bool_), [generator])
         assert (generator.random() != np.random.default_rng(0).random()) == (name != "horizon"), name
 
 

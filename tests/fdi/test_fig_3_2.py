@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.config import FIG_3_2, FdiConfig
+from cps_envs.fdi.config import FdiConfig
 from cps_paper.fdi import figure_3_2
 from cps_paper.fdi.course import attack_course
 from cps_paper.fdi.figure_3_2 import (
@@ -16,6 +16,7 @@ from cps_paper.fdi.figure_3_2 import (
     figure_runs,
     main_rows,
 )
+from cps_paper.fdi.interpretations import FIG_3_2
 
 Anchor = tuple[float, float, int] | None  # time in s, e_v in m/s, pair
 ANCHORS: dict[tuple[str, str], Anchor] = {

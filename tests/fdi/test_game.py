@@ -20,10 +20,12 @@ from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.observation import fill_masks
 from cps_envs.fdi.payoff import Metrics, collide
 from cps_envs.fdi.problem import FDI
+from cps_paper.fdi.interpretations import FIGURE, INTERPRETATIONS
 from tests import episodes
 from tests.fdi.reference import Platoon
 
 SENSORS = ("x1", "v4", "xv2", "x1+v3", "xv1,4")
+CLIP = INTERPRETATIONS["clip"]
 started = partial(episodes.started, FDI)
 
 
@@ -64,7 +66,7 @@ def test_hard_limits_follow_the_continuous_platoon(attacked: str) -> None:
 
 @pytest.mark.parametrize("attacked", SENSORS)
 def test_clipped_limits_follow_held_commands(attacked: str) -> None:
-    game, generator = started(preset="clip", attacked=attacked, target=1), np.random.default_rng(2)
+    game, generator = started(**CLIP, attacked=attacked, target=1), np.random.default_rng(2)
     platoon, none = Platoon(game.config), game.config.correction_levels
     while not game.terminated[0] and game.elapsed[0] < game.horizon:
         correction = generator.integers(-none, none + 1, 4)
@@ -74,7 +76,7 @@ def test_clipped_limits_follow_held_commands(attacked: str) -> None:
 
 
 def test_disturbances_act_on_the_vehicles() -> None:
-    game = started(preset="clip", attacked="x1", target=1, disturbance_mps2=0.5)
+    game = started(**CLIP, attacked="x1", target=1, disturbance_mps2=0.5)
     disturbances = np.random.default_rng(0)
     disturbances.integers(1), disturbances.uniform(size=8)
     pushes, platoon = disturbances.normal(0, 0.5, (game.horizon, 4)), Platoon(game.config)
@@ -190,7 +192,7 @@ def test_another_pairs_collision_pays_only_where_any_pair_does() -> None:
 
 
 def test_an_untrusted_range_is_replaced_by_the_rear_sensor() -> None:
-    game = started(preset="clip", attacked="x1", target=1)
+    game = started(**CLIP, attacked="x1", target=1)
     trust = np.ones(8, int)
     trust[0] = 0
     for _ in range(10):
@@ -203,11 +205,11 @@ def test_an_untrusted_range_is_replaced_by_the_rear_sensor() -> None:
     assert metrics["alarm_cost_mps"][0] == pytest.approx(10 * 0.1 * game.config.alarm_cost_mps2)
 
 
-@pytest.mark.parametrize(("preset", "disturbed"), [("paper", False), ("clip", False), ("clip", True)])
-def test_the_model_predicts_what_it_can_know(preset: str, disturbed: bool) -> None:
+@pytest.mark.parametrize(("overrides", "disturbed"), [({}, False), (CLIP, False), (CLIP, True)])
+def test_the_model_predicts_what_it_can_know(overrides: dict[str, Any], disturbed: bool) -> None:
     """Without disturbance, and with readings that are true or not used, the prediction is the truth."""
     noise = {"disturbance_mps2": 0.2} if disturbed else {}
-    game, generator = started(preset=preset, attacked="xv4", target=4, **noise), np.random.default_rng(3)
+    game, generator = started(**overrides, attacked="xv4", target=4, **noise), np.random.default_rng(3)
     trust = np.ones(8, int)
     trust[[3, 7]] = 0
     for _ in range(15):
@@ -237,7 +239,7 @@ def test_a_defender_who_acts_voids_the_bound() -> None:
 
 
 def test_kinematic_residual_shows_a_change_of_range_only() -> None:
-    game = started(preset="clip", attacked="x2", target=2)
+    game = started(**CLIP, attacked="x2", target=2)
     go(game, [0])
     go(game, [-4])
     assert seen(game, "defender")["kinematic_residual"][1] == pytest.approx(-2.0, abs=1e-4)
@@ -263,7 +265,7 @@ def test_the_attacker_sees_true_errors_what_they_command_and_its_injection() -> 
     """Where tasks are drawn an injection has an entry for each sensor, else for the attacked ones."""
     for preset, overrides in (
         ("defense", {"tasks": "xv4>4 v1>1 x2>2"}),
-        ("clip", {"attacked": "x1,3+v4", "target": 3}),
+        ("paper", {**CLIP, "attacked": "x1,3+v4", "target": 3}),
     ):
         game, generator = started(seeds=range(12), preset=preset, **overrides), np.random.default_rng(2)
         for _ in range(4):
@@ -290,7 +292,7 @@ def test_the_attacker_sees_true_errors_what_they_command_and_its_injection() -> 
 
 
 def test_the_largest_injections_are_seen_as_one() -> None:
-    game = started(preset="clip", attacked="xv1", target=1, limit_commands=False, limit_readings=False)
+    game = started(**CLIP, attacked="xv1", target=1, limit_commands=False, limit_readings=False)
     for sign in (-1, 1):
         go(game, sign * game.neutral_action["attacker"])
         assert game.observe("attacker")[0, game.fields["attacker"].slices["injection"]].tolist() == [sign, sign]
@@ -299,7 +301,7 @@ def test_the_largest_injections_are_seen_as_one() -> None:
 @pytest.mark.parametrize("shared", [True, False])
 def test_the_defender_sees_what_is_reported_and_how_far_it_lies_off_the_model(shared: bool) -> None:
     game, generator = (
-        started(preset="clip", attacked="xv2", target=2, share_rear_range=shared),
+        started(**CLIP, attacked="xv2", target=2, share_rear_range=shared),
         np.random.default_rng(6),
     )
     for _ in range(6):
@@ -327,7 +329,7 @@ def test_the_defender_sees_what_is_reported_and_how_far_it_lies_off_the_model(sh
 
 def test_observations_reach_as_far_as_what_they_show() -> None:
     """Four desired gaps and 20 m/s, and what an injection adds to them; commands without injection four limits."""
-    game = started(preset="B", max_range_injection_m=7.0, max_rate_injection_mps=3.0)
+    game = started(**INTERPRETATIONS["B"], max_range_injection_m=7.0, max_rate_injection_mps=3.0)
     duel = started(preset="learning")
     reach = {
         "attacker": {"gap_error": 20, "relative_speed": 20, "command": 32, "injection": 1},
@@ -361,10 +363,10 @@ def test_masks_offer_the_legal_levels_of_each_sensor_in_turn(sensors: Any) -> No
     assert masks[1].sum() == len(rows)
 
 
-@pytest.mark.parametrize("preset", ["clip", "fig32"])
-def test_a_turn_of_several_steps_is_as_many_turns(preset: str) -> None:
+@pytest.mark.parametrize("overrides", [CLIP, FIGURE], ids=["clip", "fig32"])
+def test_a_turn_of_several_steps_is_as_many_turns(overrides: dict[str, Any]) -> None:
     """Some environments collide on the way: they stand still from there on, and what is legal is that of their end."""
-    whole, parts, steps = started(range(20), preset), started(range(20), preset), 30
+    whole, parts, steps = started(range(20), **overrides), started(range(20), **overrides), 30
     low, high = np.moveaxis(whole.state.legal, 2, 0)
     levels = np.random.default_rng(0).integers(low, high + 1)
     actions, envs = {"attacker": levels + whole.neutral_action["attacker"]}, np.ones(20, bool)
@@ -379,7 +381,7 @@ def test_a_turn_of_several_steps_is_as_many_turns(preset: str) -> None:
 
 
 def test_a_new_episode_trusts_every_reading_again() -> None:
-    game = started(preset="clip", attacked="x1", target=1)
+    game = started(**CLIP, attacked="x1", target=1)
     go(game, [1], trust=np.zeros(8, int), correction=[1, 1, 1, 1])
     assert not game.state.trust.any()
     game.reset(np.ones(1, bool), [np.random.default_rng(0)])

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_baselines.fdi.lifted import columns_of, end_rows, joint_ratio, legal_rows, lift, violation
-from cps_envs.fdi.config import A, B, FdiConfig
+from cps_envs.fdi.config import A, FdiConfig
 from cps_envs.fdi.sensors import parse_sensors
 from cps_envs.fdi.task import Task, parse_task
 from cps_paper.fdi.grid import GRID_MPS, GridCell, solve_cell
+from cps_paper.fdi.interpretations import B
 from tests.fdi.reference import play, tasks
 
 SHORT = [

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from cps_envs.core.types import Array
-from cps_envs.fdi.problem import FDI
+from cps_paper.fdi.interpretations import FIGURE, INTERPRETATIONS
 from tests.fdi.episodes import play
+
+UNSTABLE = INTERPRETATIONS["instability"]
 
 
 def size_m(decoded: dict[str, Array], pairs: list[int] | range) -> float:  # of observed errors
@@ -19,11 +21,8 @@ def size_m(decoded: dict[str, Array], pairs: list[int] | range) -> float:  # of 
 def test_each_step_pays_what_the_errors_have_grown(paid_pair: str, pairs: list[int] | range) -> None:
     env = gymnasium.make(
         "cps_envs:cps_envs/FdiAttack-v0",
-        preset="instability",
-        attacked="xv2",
-        target=2,
-        paid_pair=paid_pair,
-        horizon=30,
+        **{**UNSTABLE, "attacked": "xv2", "target": 2, "paid_pair": paid_pair, "horizon": 30},
+        preset="paper",
         gap_spread_m=0.5,
         opponent="none",
     ).unwrapped
@@ -55,18 +54,18 @@ def test_the_goal_changes_what_is_paid_and_nothing_else() -> None:
 
 
 def test_nobody_is_paid_at_rest() -> None:
-    outcome = play("none", preset="instability")
+    outcome = play("none", **UNSTABLE)
     assert outcome["return"] == outcome["error_growth_m"] == 0
 
 
 @pytest.mark.parametrize("attacked", ["x4", "v4", "xv4"])
 def test_algorithm_2_destabilises(attacked: str) -> None:
     """Where nothing limits commands its conditions hold in every step, so that the errors of the lead grow."""
-    paid = play("bnb", preset="fig32", goal="instability", attacked=attacked.replace("4", "10"), paid_pair="target")
+    lead = attacked.replace("4", "10")
+    paid = play("bnb", **{**FIGURE, "goal": "instability", "attacked": lead, "paid_pair": "target"})
     assert paid["return"] > 1.0
     assert paid["collided_pairs"] > 0
 
 
-def test_the_preset_plays_algorithm_2() -> None:
-    assert FDI.opponents["instability"]["attacker"] == "bnb"
-    assert play("bnb", preset="instability")["return"] > 0
+def test_it_destabilises_within_the_limits_too() -> None:
+    assert play("bnb", **UNSTABLE)["return"] > 0

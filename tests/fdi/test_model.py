@@ -14,11 +14,12 @@ from cps_envs.core.compute.discretisation import matrix_exponential, zero_order_
 from cps_envs.core.declare.config import configure
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
-from cps_envs.fdi.config import FIG_3_2, PRESETS, A
+from cps_envs.fdi.config import PRESETS, A
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.model import platoon_model
 from cps_envs.fdi.sensors import Sensors, parse_sensors
 from cps_envs.fdi.task import Task, all_tasks, parse_task
+from cps_paper.fdi.interpretations import FIG_3_2
 from tests.fdi.reference import Platoon, exact_step
 
 DIAGONAL = (0.974067, 0.975839, 0.976118, 0.985849, 0.342262, 0.403949, 0.417947, 0.624996)

@@ -16,14 +16,15 @@ from cps_baselines.fdi.cross import cross
 from cps_baselines.fdi.replay import replay
 from cps_baselines.fdi.sweep import Certificate, certify, certify_all, instance_of, own_config, paper_tasks
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.fdi.config import CLIP, FIVE, PRESETS, A, B, C, FdiConfig
+from cps_envs.fdi.config import PRESETS, A, FdiConfig
 from cps_envs.fdi.optima import CONSTANTS, INFEASIBLE, PROVED, TIME_LIMIT, Record, from_text, known, to_text
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.task import parse_task
+from cps_paper.fdi.interpretations import CLIP, B, C
 from tests.fdi.episodes import play
 from tests.fdi.reference import ANCHORS
 
-SHIPPED = {"paper": A, "clip": CLIP, "B": B, "C": C, "five": FIVE}
+SHIPPED = {"paper": A, "clip": CLIP, "B": B, "C": C, "five": replace(PRESETS["easy"], num_vehicles=5)}
 SHORT = {"horizon": 22, "tasks": "v4>4 x4>4"}
 CONFIG = FDI.config("drawn", SHORT)
 

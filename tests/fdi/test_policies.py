@@ -20,6 +20,7 @@ from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.optima import Record, known
 from cps_envs.fdi.problem import FDI
+from cps_paper.fdi.interpretations import FIGURE
 from tests.fdi.episodes import play, spec_of, task_settings, watched
 
 PAPER = FDI.config("paper", {})
@@ -70,7 +71,7 @@ def test_replay_waits_as_told_and_starts_at_random() -> None:
 def test_replay_finds_small_optima_itself_and_names_the_remedy_for_large_ones() -> None:
     assert play("oracle", horizon=15)["collided_target"][0] == 1
     with pytest.raises(ConfigurationError, match="cps-envs certify"):
-        Replay(spec_of("attacker", preset="fig32"))
+        Replay(spec_of("attacker", **FIGURE))
     with pytest.raises(ConfigurationError, match="another task"):
         Replay(spec_of("attacker", **task_settings("x1>4")))
     with pytest.raises(ConfigurationError, match="start"):
@@ -141,8 +142,8 @@ def test_random_injections_repeat_by_seed() -> None:
 
 @pytest.mark.parametrize(("kind", "steps_ahead"), [("x", 0), ("v", 0), ("xv", 0), ("x", 2), ("xv", 1)])
 def test_bnb_plays_what_the_planner_finds(kind: str, steps_ahead: int) -> None:
-    overrides = {"horizon": 120, "attacked": f"{kind}10"}
-    config = FDI.config("fig32", overrides)
+    overrides = {**FIGURE, "horizon": 120, "attacked": f"{kind}10"}
+    config = FDI.config("paper", overrides)
     search = make_search(config, 10, kind, steps_ahead, width=3 if steps_ahead else 0)
     model, error, expected = config.model, np.zeros(20), []
     while len(expected) < config.horizon:
@@ -151,10 +152,8 @@ def test_bnb_plays_what_the_planner_finds(kind: str, steps_ahead: int) -> None:
             injection[search.readings] = levels * np.where(search.readings < 10, 0.5, 0.25)
             error = model.transition @ error + model.injection @ injection
             expected.append(injection)
-    policy = BranchAndBound(
-        spec_of("attacker", preset="fig32", **overrides), steps_ahead=steps_ahead, width=3 if steps_ahead else 0
-    )
-    seen = watched(lambda game: game.episode(0).injection.copy(), policy, preset="fig32", **overrides)
+    policy = BranchAndBound(spec_of("attacker", **overrides), steps_ahead=steps_ahead, width=3 if steps_ahead else 0)
+    seen = watched(lambda game: game.episode(0).injection.copy(), policy, **overrides)
     assert np.array_equal(seen[1:], expected[: len(seen) - 1])
     assert len(seen) > 60
 
@@ -162,13 +161,13 @@ def test_bnb_plays_what_the_planner_finds(kind: str, steps_ahead: int) -> None:
 # Spec 6.4, first row: +-1 step, +-0.01 m/s.
 @pytest.mark.parametrize(("attacked", "time_s", "speed_mps"), [("x10", 30.45, 3.89), ("xv10", 12.45, 5.05)])
 def test_bnb_through_the_environment_gives_figure_3_2(attacked: str, time_s: float, speed_mps: float) -> None:
-    outcome = play("bnb", preset="fig32", attacked=attacked)
+    outcome = play("bnb", **{**FIGURE, "attacked": attacked})
     assert outcome["time_s"][0] == pytest.approx(time_s, abs=0.051)
     assert outcome["return"][0] == pytest.approx(speed_mps, abs=0.01)
 
 
 def test_bnb_counts_states_without_injection() -> None:
-    weak = {"preset": "fig32", "max_range_injection_m": 0.5}
+    weak = {**FIGURE, "max_range_injection_m": 0.5}
     policy = BranchAndBound(spec_of("attacker", **weak))
     play(policy, **weak)
     assert policy.infeasible_calls > 0

@@ -13,6 +13,7 @@ from cps_baselines.fdi.task_tracker import KINDS, PROBE_STEPS, Manner
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
+from cps_paper.fdi.interpretations import INTERPRETATIONS
 from tests.fdi.episodes import QUIET, place, play, spec_of, watched
 
 ATTACKED = {"preset": "learning", "attack_share": 1.0, "onset_s": 0.0}
@@ -83,7 +84,7 @@ def test_swing_brakes_first_and_then_accelerates() -> None:
 
 
 def test_swing_plays_without_a_filter_too() -> None:
-    assert play("swing?swing_s=0.3", preset="clip", attacked="v4")["impact_speed_mps"][0] > 2
+    assert play("swing?swing_s=0.3", attacked="v4", **INTERPRETATIONS["clip"])["impact_speed_mps"][0] > 2
 
 
 def starting() -> Any:

@@ -10,13 +10,13 @@ from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BELIEVED, FALSE
 from cps_envs.core.picture.plot import Plot
 from cps_envs.core.picture.vehicle import VEHICLE_M
-from cps_envs.fdi.config import CLIP, FIG_3_2
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
 from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
 from cps_envs.fdi.picture.road import lay_out
 from cps_envs.fdi.picture.scene import Scene
 from cps_envs.fdi.picture.viewer import FdiViewer, panels, with_illegal_readings
+from cps_paper.fdi.interpretations import CLIP, FIG_3_2
 from tests.fdi.pictures import COLLISION, CONFIG, CRASH, EVERY, START, UNDER_WAY, frame, inject, opened, played
 
 DEFENDED = replace(CLIP, attacked="x1,4+v2")

@@ -9,19 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.fdi.config import CLIP, A
+from cps_envs.fdi.config import A
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, Record, known
 from cps_paper.exhibit import Column, ExhibitTable, with_properties
+from cps_paper.fdi.interpretations import CLIP
 from cps_paper.verdicts import NOT, PARTLY, SAME_SHARE
 
-CONFIGS = {"paper": A, "clip": CLIP}  # by preset: those whose optima were searched longest
+CONFIGS = {"preset paper": A, "clipped limits": CLIP}  # those whose optima were searched longest
 
 
 @dataclass(frozen=True)
 class Continuous:
     """Linear programs, which allow any injection, against integer ones on the same tasks."""
 
-    preset: str
+    constants: str  # by name, see CONFIGS
     tasks: int
     reached: int  # by continuous injections
     known: int  # of these, by known injections that obey the resolution
@@ -65,13 +66,13 @@ def continuous_table() -> ExhibitTable:
 
 
 def continuous_data() -> dict[str, Any]:
-    """The same by preset for JSON, and the verdict."""
+    """The same for JSON, and the verdict."""
     data = with_properties("unsettled", "mean_ratio", "notably_faster")
-    return {"presets": list(map(data, compared())), "verdict": verdict(compared())}
+    return {"constants": list(map(data, compared())), "verdict": verdict(compared())}
 
 
 COLUMNS = (
-    Column("Preset", "preset"),
+    Column("Constants", "constants"),
     Column("tasks", "tasks"),
     Column("continuous", "reached"),
     Column("known", "known"),
@@ -93,15 +94,15 @@ NOTE = (
 @lru_cache(maxsize=1)
 def compared() -> list[Continuous]:
     """The configurations whose optima are shipped."""
-    return [compare(preset, known(config).values()) for preset, config in CONFIGS.items()]
+    return [compare(name, known(config).values()) for name, config in CONFIGS.items()]
 
 
-def compare(preset: str, records: Iterable[Record]) -> Continuous:
+def compare(constants: str, records: Iterable[Record]) -> Continuous:
     """One configuration."""
     every = list(records)
     reached = [record for record in every if record.lp_mps is not None]
     return Continuous(
-        preset,
+        constants,
         len(every),
         len(reached),
         sum(record.feasible for record in reached),

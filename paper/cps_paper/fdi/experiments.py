@@ -8,10 +8,11 @@ from typing import ClassVar
 
 from cps_baselines.fdi.cross import cross, relaxation_mps
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.fdi.config import A, B, C, FdiConfig
+from cps_envs.fdi.config import A, FdiConfig
 from cps_envs.fdi.task import Task
 from cps_paper.evidence import Evidence
 from cps_paper.fdi.grid import GridCell, solve_cell
+from cps_paper.fdi.interpretations import B, C
 from cps_paper.printed.tables import TABLE_VEHICLES, CollisionCell, collision_cells
 
 TABLES = tuple(TABLE_VEHICLES)

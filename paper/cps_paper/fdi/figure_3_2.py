@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 
 from cps_baselines.fdi.branch_and_bound import CORRECTED, PRINTED
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.config import FIG_3_2, FdiConfig
+from cps_envs.fdi.config import FdiConfig
 from cps_paper.exhibit import DASH, Column, ExhibitTable, across
 from cps_paper.fdi.course import Collision, CollisionCourse, attack_course, pair_name
 from cps_paper.fdi.experiments import FdiEvidence
+from cps_paper.fdi.interpretations import FIG_3_2
 from cps_paper.figures import add_legend, curves, dress, new_figure, shades
 from cps_paper.printed.tables import CollisionRun, collision_runs
 
@@ -33,12 +34,12 @@ class FigureVariant:
 
 
 VARIANTS = (
-    FigureVariant("fig32", "the preset, k_p 2, k_d 3, dt 0.05 s"),
+    FigureVariant("fig32", "k_p 2, k_d 3, dt 0.05 s"),
     FigureVariant("k_d 5", "the same with k_d 5", replace(FIG_3_2, derivative_gain=5.0)),
     FigureVariant("k_p 1", "k_p 1, k_d 3, dt 0.1 s", LONG),
-    FigureVariant("9-10 only", "the preset, where pair 10-11 may overlap", ignored_pair=LEAD),
-    FigureVariant("+e_x", "the preset with the sign of e_x in (3.39) as printed", gap_sign=PRINTED),
-    FigureVariant("bounded", "the preset with readings of 0 m or more, step 6", replace(FIG_3_2, limit_readings=True)),
+    FigureVariant("9-10 only", "as fig32, but pair 10-11 may overlap", ignored_pair=LEAD),
+    FigureVariant("+e_x", "as fig32, with the sign of e_x in (3.39) as printed", gap_sign=PRINTED),
+    FigureVariant("bounded", "as fig32, with readings of 0 m or more, step 6", replace(FIG_3_2, limit_readings=True)),
 )
 
 
@@ -120,7 +121,7 @@ def figure_rows(evidence: FdiEvidence) -> list[FigureRow]:
 
 
 def main_rows(rows: Sequence[FigureRow]) -> list[FigureRow]:
-    """Those of the preset fig32 as it stands."""
+    """Those of the interpretation fig32 as it stands."""
     return [row for row in rows if row.run.variant == VARIANTS[0]]
 
 
@@ -181,7 +182,7 @@ OURS, BACKGROUND = "tab:red", "tab:blue"
 
 def draw_figure(rows: list[FigureRow]) -> Any:
     """All four panels: a, c for the range sensor, b, d for both sensors."""
-    title = "Fig. 3.2 recomputed (preset fig32: k_p 2, k_d 3, dt 0.05 s, Euler); dotted: the paper's collision"
+    title = "Fig. 3.2 recomputed (k_p 2, k_d 3, dt 0.05 s, Euler); dotted: the paper's collision"
     figure = new_figure(11.0, 7.5, title)
     panels = figure.subplot_mosaic("ab;cd")
     for (upper, lower), row in zip((("a", "c"), ("b", "d")), rows, strict=True):

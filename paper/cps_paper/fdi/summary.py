@@ -76,7 +76,7 @@ def _on_five(counts: Sequence[TableCounts], controls: Sequence[TableControls]) -
 
 def _on_continuous(compared: Sequence[Continuous]) -> str:
     parts = (
-        f"preset {each.preset}: {each.reached} of {each.tasks} tasks reached, against {each.known} with the resolution "
+        f"{each.constants}: {each.reached} of {each.tasks} tasks reached, against {each.known} with the resolution "
         f"({each.unreachable} proved out of reach, {each.unsettled} open), and on the {len(each.ratios)} with a proved "
         f"optimum {each.mean_ratio:.3f} times as fast on average, at most {max(each.ratios):.3f} times"
         for each in compared
