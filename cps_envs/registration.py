@@ -23,8 +23,6 @@ if TYPE_CHECKING:  # it brings the compiler of kernels along
 
 PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI, HVAC, ROGUE)}
 
-BESIDE = {"testbed": "cps_envs.testbed.problem:TESTBED"}  # found by name, without ids of its own
-
 
 def find_problem(name: str) -> Problem:
     """The problem of a name such as "disbanding", or the one at `"module:attribute"`, such as your own.
@@ -33,14 +31,13 @@ def find_problem(name: str) -> Problem:
         UnknownNameError: there is none; the message names the near ones.
         UntrustedCodeError: `module:attribute` without the user's consent, see `cps_envs.trust`.
     """
-    module, colon, attribute = BESIDE.get(name, name).partition(":")
+    module, colon, attribute = name.partition(":")
     if name in PROBLEMS:
         return PROBLEMS[name]
     if not colon:
         own = "One of your own is written MODULE:PROBLEM, behind --trust"
         raise UnknownNameError(f"there is no problem {name!r}. {near(name, PROBLEMS)} {own}")
-    if not module.startswith("cps_envs."):  # importing our own modules does no harm, and nothing is called
-        require_trust(name)
+    require_trust(name)
     try:
         found = getattr(import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:

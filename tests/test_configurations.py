@@ -17,7 +17,7 @@ from cps_envs import PROBLEMS
 from cps_envs.core.conformance import Subject, check_configurations
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Problem
-from cps_envs.testbed.problem import TESTBED
+from cps_paper.testbed.robots.problem import TESTBED
 from tests.test_conformance import subject_of
 
 EVERY = (*PROBLEMS.values(), TESTBED)

@@ -13,7 +13,7 @@ from cps_envs.core.game.problem import Problem
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Role
 from cps_envs.rogue.controllers import CONTROLLERS
-from cps_envs.testbed.problem import TESTBED
+from cps_paper.testbed.robots.problem import TESTBED
 from tests.episodes import spec_of
 
 HYPOTHESES = "cps_baselines.fdi.hypotheses:Hypotheses"

@@ -27,13 +27,14 @@ class PolicyEntry:
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
-    """Ids, presets and policies of a problem."""
+    """Ids, presets and policies of a problem; one of your own may have no ids."""
+    known = problem.env_id("attacker") in gymnasium.registry
     return {
         "name": problem.name,
         "summary": problem.summary,
-        "gymnasium": {role: f"{problem.namespace}:{problem.env_id(role)}" for role in ROLES},
-        "discrete": {role: f"{problem.namespace}:{problem.discrete_id(role)}" for role in problem.discrete},
-        "pettingzoo": pettingzoo_ids(problem),
+        "gymnasium": {role: f"{problem.namespace}:{problem.env_id(role)}" for role in ROLES if known},
+        "discrete": {role: f"{problem.namespace}:{problem.discrete_id(role)}" for role in problem.discrete if known},
+        "pettingzoo": pettingzoo_ids(problem) if known else {},
         "presets": list(problem.presets),
         "policies": {role: [asdict(entry) for entry in policies(problem, role)] for role in ROLES},
     }

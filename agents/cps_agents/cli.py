@@ -120,7 +120,6 @@ RENAMED = {  # old name -> what to type now
     "search-string": "cps-envs train DisbandingDefense-v0 --algo cma-es --knob family=disbanding-radio",
     "search-switching": "python -m tools.rogue.search",
     "string-stability": "cps-envs reproduce string-stability",
-    "testbed": "cps-envs play testbed",
 }
 OPTIONS = {  # old option -> what to type now
     "--against": "--attacker or --defender",

@@ -47,7 +47,7 @@ def visits(problem: Problem) -> Iterator[Visit]:
     for preset in problem.presets:
         yield Visit(problem.name, preset, partial(_match, problem, preset, {}, problem.opponents[preset]))
     for role in ROLES:
-        if (env_id := problem.env_id(role)) in gymnasium.registry:  # that of the test bed is not
+        if (env_id := problem.env_id(role)) in gymnasium.registry:  # a problem of one's own may have none
             yield Visit(problem.name, f"{role}, vector", partial(_vector, env_id))
         for name in problem.game(problem.config(next(iter(problem.presets)), {}), 1).adapters.get(role, {}):
             yield Visit(problem.name, f"{role} through {name}", partial(_adapter, problem, role, name))

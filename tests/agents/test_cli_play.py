@@ -1,4 +1,4 @@
-"""`cps-envs play` and `cps-envs play testbed`: the episodes of the game, tables, pictures, films."""
+"""`cps-envs play`, of a problem and of one beside them: the episodes of the game, tables, pictures, films."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ import pytest
 
 from cps_envs import find_problem
 from cps_envs.core.game.play import play_episodes
-from cps_envs.testbed.problem import TESTBED
+from cps_paper.testbed.robots.problem import TESTBED
 from tests.agents.command_line import refusal, succeeded
 
 SHORT = ("--preset", "paper", "--set", "duration_s=5", "--set", "num_platoons=3")
 EARLY = "plan?events=[[3, 5]]"
+ROBOTS = "cps_paper.testbed.robots.problem:TESTBED"
 FEW = ("--set", "duration_s=12", "--set", "measured_from_s=5", "--set", "measured_for_s=5", "--attacker", EARLY)
 
 
@@ -26,7 +27,7 @@ def play(*arguments: str) -> Any:
 
 
 def robots(*arguments: str) -> Any:
-    return succeeded("play", "testbed", *FEW, *arguments)
+    return succeeded("play", ROBOTS, *FEW, *arguments)
 
 
 def test_episodes_are_those_of_the_game() -> None:
@@ -49,6 +50,10 @@ def test_a_defender_s_episodes_on_the_test_bed_are_those_of_the_game() -> None:
     expected = play_episodes(TESTBED, config, {"attacker": EARLY, "defender": "feedback"}, (3, 4))
     assert [episode["velocity_error"] for episode in found["episodes"]] == expected["velocity_error"].tolist()
     assert found["preset"] == "paper"
+
+
+def test_a_problem_without_ids_is_listed_with_its_presets() -> None:
+    assert "paper, mitigated" in succeeded("list", ROBOTS).stdout
 
 
 def test_the_paper_s_mitigation_has_a_preset() -> None:

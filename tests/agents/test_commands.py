@@ -28,6 +28,7 @@ def every_command(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str,
 COMMANDS = list(every_command(whole()))
 REFUSED = [
     (("list", "hvca"), "Did you mean 'hvac'?"),
+    (("list", "testbed"), "Known: disbanding, fdi, hvac, rogue. One of your own is written MODULE:PROBLEM, behind"),
     (("play", "disbandin"), "Did you mean 'disbanding'?"),
     (("play", "disbanding", "--attacker", "leed"), "Did you mean 'lead'?"),
     (("play", "disbanding", "--preset", "papr"), "Did you mean 'paper'?"),
@@ -70,7 +71,7 @@ REFUSED = [
         )
     ),
     *(
-        (("play", "testbed", *wrong), remedy)
+        (("play", "cps_paper.testbed.robots.problem:TESTBED", *wrong), remedy)
         for *wrong, remedy in (
             ("--period", "0.5", "the option --period is now --preset mitigated"),
             ("--preset", "mitigated", "--defender", "heuristic?horizon_s=0.52&sample_s=0.1", "multiple of sample_s"),
@@ -137,7 +138,7 @@ REFUSED = [
 JSON = [
     ("list", "rogue"),
     ("play", "disbanding", *SHORT),
-    ("play", "testbed", "--set", "duration_s=60"),
+    ("play", "cps_paper.testbed.robots.problem:TESTBED", "--set", "duration_s=60"),
     ("zoo", "list"),
     ("zoo", "show", "fdi-defense"),
     ("train",),

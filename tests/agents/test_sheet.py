@@ -27,7 +27,7 @@ ALONE = ("--jobs", "1")
 COMMANDS = [
     ("list",),
     ("play", "disbanding", "--set", "duration_s=2", "--episodes", "12"),
-    ("play", "testbed"),
+    ("play", "cps_paper.testbed.robots.problem:TESTBED"),
     ("zoo", "list"),
     ("zoo", "show", "disbanding-defense"),
     ("reproduce", "benchmark", "--list"),

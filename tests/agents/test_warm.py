@@ -14,7 +14,7 @@ from cps_envs.core.compute.kernel_cache import UNKEPT
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES
-from cps_envs.testbed.problem import TESTBED
+from cps_paper.testbed.robots.problem import TESTBED
 from tests.agents import command_line
 from tests.core.toy import TOY
 
@@ -70,13 +70,15 @@ def little(monkeypatch: pytest.MonkeyPatch) -> list[Visit]:
 
 @pytest.mark.usefixtures("little")
 def test_the_command_reports_each_problem() -> None:
-    result = command_line.succeeded("warm", "--jobs", "1", "--problem", "rogue", "--problem", "testbed", "--json")
+    robots = "cps_paper.testbed.robots.problem:TESTBED"
+    result = command_line.succeeded("warm", "--jobs", "1", "--problem", "rogue", "--problem", robots, "--json")
     found = json.loads(result.stdout)
     assert [each["problem"] for each in found["problems"]] == ["rogue", "testbed"]
     assert found["kept"]
     assert found["problems"][0]["uses"] == 1
     assert "rogue: 0 kernels compiled" in result.stderr
-    assert "testbed" in invoke().stdout
+    table = invoke().stdout
+    assert all(name in table for name in PROBLEMS)
 
 
 def test_the_command_goes_on_after_a_failure_and_says_so(little: list[Visit]) -> None:

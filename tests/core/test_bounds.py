@@ -19,7 +19,7 @@ from cps_envs.core.conformance.actors import Actor
 from cps_envs.core.game.game import Game
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Role
-from cps_envs.testbed.problem import TESTBED
+from cps_paper.testbed.robots.problem import TESTBED
 from tests.settings import tests_of as settings_of
 
 ROOT = Path(__file__).parents[2]

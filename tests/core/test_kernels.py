@@ -179,6 +179,13 @@ def test_the_stamp_covers_what_a_module_imports_of_us() -> None:
     assert sources_stamp(module) != sources_stamp("cps_envs.core.compute.kernels")
 
 
+def test_the_stamp_of_another_package_covers_its_own_files_and_ours() -> None:
+    module = "cps_paper.testbed.robots.game"
+    __import__(module)
+    own = {f"cps_paper.testbed.robots.{name}" for name in ("dynamics", "controllers", "kalman", "robot", "state")}
+    assert own | {"cps_envs.core.compute.kernels", "cps_envs.disbanding.dynamics"} <= reach(module)
+
+
 KERNELS = """
 from cps_envs.core.compute.kernels import kernel
 from {package}.law import gain

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cps_envs.testbed.config import BASELINE, RobotConfig
-from cps_envs.testbed.picture.scene import Scene
-from cps_envs.testbed.picture.viewer import RobotViewer
-from cps_envs.testbed.problem import TESTBED
+from cps_paper.testbed.robots.config import BASELINE, RobotConfig
+from cps_paper.testbed.robots.picture.scene import Scene
+from cps_paper.testbed.robots.picture.viewer import RobotViewer
+from cps_paper.testbed.robots.problem import TESTBED
 from tests.pictured import Pictured
 
 ONE = np.ones(1, np.bool_)

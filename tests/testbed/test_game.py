@@ -15,13 +15,13 @@ from cps_envs.core.game.game import Game
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.disbanding.fields import vehicle_fields
-from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
-from cps_envs.testbed.game import RobotGame
-from cps_envs.testbed.payoff import METRICS, measure_episode, velocity_error
-from cps_envs.testbed.picture.scene import desired_arcs
-from cps_envs.testbed.problem import ATTACK, TESTBED, attack_fields, defense_fields
-from cps_envs.testbed.state import Robots, allocate, rules_of
 from cps_paper.testbed.cases import mitigation
+from cps_paper.testbed.robots.config import BASELINE, MITIGATED, RobotConfig
+from cps_paper.testbed.robots.game import RobotGame
+from cps_paper.testbed.robots.payoff import METRICS, measure_episode, velocity_error
+from cps_paper.testbed.robots.picture.scene import desired_arcs
+from cps_paper.testbed.robots.problem import ATTACK, TESTBED, attack_fields, defense_fields
+from cps_paper.testbed.robots.state import Robots, allocate, rules_of
 
 ONE = np.ones(1, np.bool_)
 SHORT = replace(BASELINE, duration_s=24.0, measured_from_s=10.0, measured_for_s=10.0)

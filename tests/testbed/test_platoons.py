@@ -8,12 +8,12 @@ import pytest
 from cps_envs.core.compute.kernels import pack, unpack, view
 from cps_envs.disbanding.start import place, undisturbed
 from cps_envs.disbanding.state import Constants, State, allocate
-from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
-from cps_envs.testbed.controllers import decide, mark_touching
-from cps_envs.testbed.picture.scene import desired_arcs
-from cps_envs.testbed.picture.track import Circle
-from cps_envs.testbed.start import string_constants
-from cps_envs.testbed.state import rules_of
+from cps_paper.testbed.robots.config import BASELINE, MITIGATED, RobotConfig
+from cps_paper.testbed.robots.controllers import decide, mark_touching
+from cps_paper.testbed.robots.picture.scene import desired_arcs
+from cps_paper.testbed.robots.picture.track import Circle
+from cps_paper.testbed.robots.start import string_constants
+from cps_paper.testbed.robots.state import rules_of
 
 U_MIN, U_MAX, V_D = -0.5, 0.1, 0.25
 ONE = np.ones(1, np.bool_)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.testbed.config import BASELINE, MITIGATED
 from cps_paper.chapter import Reproduction
 from cps_paper.testbed import chapter
 from cps_paper.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, CaseOutcome, Results, Runs, mitigation, needed
 from cps_paper.testbed.chapter import CHAPTER, results
 from cps_paper.testbed.claims import CLAIMS
 from cps_paper.testbed.exhibits import SeedSpread, spreads
+from cps_paper.testbed.robots.config import BASELINE, MITIGATED
 from cps_paper.verdicts import NEAR_SHARE, of_number
 from tests.reproduced import as_published
 

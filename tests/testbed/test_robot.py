@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from cps_envs.core.types import Array
-from cps_envs.testbed.config import BASELINE, RobotConfig
-from cps_envs.testbed.controllers import order_speed, pursue
-from cps_envs.testbed.kalman import INITIAL_VARIANCE, correct, predict
-from cps_envs.testbed.robot import advanced_arc, drive, wheel_target, wrapped
-from cps_envs.testbed.state import Rules, rules_of
+from cps_paper.testbed.robots.config import BASELINE, RobotConfig
+from cps_paper.testbed.robots.controllers import order_speed, pursue
+from cps_paper.testbed.robots.kalman import INITIAL_VARIANCE, correct, predict
+from cps_paper.testbed.robots.robot import advanced_arc, drive, wheel_target, wrapped
+from cps_paper.testbed.robots.state import Rules, rules_of
 
 QUIET = rules_of(RobotConfig(speed_noise_mps=0.0))
 IDEAL = np.ones(2)

@@ -17,9 +17,9 @@ import pytest
 from cps_agents.cli import whole
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.policies.lookup import policy_names
-from cps_envs.testbed.problem import TESTBED
 from cps_paper.commands.chapters import COMMANDS, Command
 from cps_paper.printed.items import Item, Place, items
+from cps_paper.testbed.robots.problem import TESTBED
 from tools.pages import __main__ as docs
 
 ROOT = Path(__file__).parents[2]

@@ -19,7 +19,6 @@ from cps_agents.warm import warm as warm_up
 from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.game.problem import Problem
-from cps_envs.registration import BESIDE
 
 FAILED = 1
 
@@ -53,8 +52,8 @@ def warm(
 
 
 def _problems(names: list[str]) -> list[Problem]:
-    """The problems that are named; by default all of them, the test bed too."""
-    return [find_problem(name) for name in names or (*PROBLEMS, *BESIDE)]
+    """The problems that are named; by default all of them."""
+    return [find_problem(name) for name in names or PROBLEMS]
 
 
 def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:

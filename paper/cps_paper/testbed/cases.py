@@ -16,10 +16,10 @@ import numpy as np
 from cps_envs.core.game.game import Game
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
-from cps_envs.testbed.game import RobotGame
-from cps_envs.testbed.problem import ATTACK, TESTBED, mitigation
 from cps_paper.evidence import Evidence, Experiment
+from cps_paper.testbed.robots.config import BASELINE, MITIGATED, RobotConfig
+from cps_paper.testbed.robots.game import RobotGame
+from cps_paper.testbed.robots.problem import ATTACK, TESTBED, mitigation
 from cps_paper.verdicts import SAME_SHARE, deviation, recovery_s
 
 PERIODS_S = (0.5, 1.0)  # t_s of Figs. 2.5b and c
@@ -65,7 +65,7 @@ CASES = (BASE, SHORT, LONG)
 class CaseOutcome:
     """What S runs of a case ended with, and their courses."""
 
-    metrics: dict[str, FloatArray]  # `cps_envs.testbed.payoff.METRICS`, each (S,)
+    metrics: dict[str, FloatArray]  # `cps_paper.testbed.robots.payoff.METRICS`, each (S,)
     speeds_mps: FloatArray  # (S, k, M) front to rear
     gaps_m: FloatArray  # (S, k, M - 1) ahead of all robots but the front one
     step_s: float

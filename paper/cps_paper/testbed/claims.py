@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.testbed.config import BASELINE
 from cps_paper.claims import Claim, Claims, Finding, joined
 from cps_paper.evidence import NotRunError
 from cps_paper.testbed.cases import BASE, CASES, LONG, LONG_S, MITIGATED_CASES, SHORT, Results
+from cps_paper.testbed.robots.config import BASELINE
 from cps_paper.verdicts import (
     COMPARISON_RULE,
     NEAR_SHARE,

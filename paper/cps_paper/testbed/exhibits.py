@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.testbed.config import BASELINE
 from cps_paper.exhibit import Column, Exhibit, ExhibitTable
 from cps_paper.figures import add_legend, curves, dress, new_figure, shades
 from cps_paper.testbed.cases import CASES, ORDERED_SHARE, Case, Results, needed
 from cps_paper.testbed.claims import CLAIMS, deviation
+from cps_paper.testbed.robots.config import BASELINE
 from cps_paper.verdicts import shipped_rows
 
 DISBANDED_COLOR = "0.55"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from cps_envs.core.declare.fields import Fields
 from cps_envs.core.game.problem import Problem
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
-from cps_envs.testbed.config import MITIGATED, PRESETS, RobotConfig
-from cps_envs.testbed.game import RobotGame
+from cps_paper.testbed.robots.config import MITIGATED, PRESETS, RobotConfig
+from cps_paper.testbed.robots.game import RobotGame
 
 ATTACK = "plan?events=[[3, 20]]"  # section 2.5: the leading platoon; the time is chosen
 DECREMENT_MPS2 = 0.02  # in the robots' metres; chosen
@@ -46,5 +46,5 @@ TESTBED = Problem(
         "paper": {"attacker": ATTACK, "defender": "none"},
         "mitigated": {"attacker": ATTACK, "defender": mitigation(PERIOD_S, MITIGATED)},
     },
-    viewer="cps_envs.testbed.picture.viewer:RobotViewer",
+    viewer="cps_paper.testbed.robots.picture.viewer:RobotViewer",
 )

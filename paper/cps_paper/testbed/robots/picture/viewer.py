@@ -12,8 +12,8 @@ from cps_envs.core.picture.plot import AXIS, Plot
 from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.picture.palette import DISBANDED
-from cps_envs.testbed.picture.scene import Scene
-from cps_envs.testbed.picture.track import Circle, draw_track, shade_of
+from cps_paper.testbed.robots.picture.scene import Scene
+from cps_paper.testbed.robots.picture.track import Circle, draw_track, shade_of
 
 CARD = (INNER + 8) / 6  # pixels from card to card
 CENTER, RADIUS = (230.0, 316.0), 178.0  # of the circle, pixels

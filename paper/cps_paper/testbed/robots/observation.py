@@ -9,8 +9,8 @@ from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.disbanding.observation import fill_defender
 from cps_envs.disbanding.state import Constants, State
-from cps_envs.testbed.controllers import law_commands
-from cps_envs.testbed.state import Rules
+from cps_paper.testbed.robots.controllers import law_commands
+from cps_paper.testbed.robots.state import Rules
 
 
 @kernel

@@ -8,8 +8,8 @@ import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.state import State
-from cps_envs.testbed.config import RobotConfig
-from cps_envs.testbed.state import Robots
+from cps_paper.testbed.robots.config import RobotConfig
+from cps_paper.testbed.robots.state import Robots
 
 
 @dataclass(frozen=True)

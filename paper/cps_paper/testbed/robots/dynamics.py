@@ -6,10 +6,10 @@ from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.dynamics import account
 from cps_envs.disbanding.state import Constants, State
-from cps_envs.testbed.controllers import decide, mark_touching, order_speed, pursue
-from cps_envs.testbed.kalman import correct, predict
-from cps_envs.testbed.robot import advanced_arc, drive
-from cps_envs.testbed.state import Robots, Rules
+from cps_paper.testbed.robots.controllers import decide, mark_touching, order_speed, pursue
+from cps_paper.testbed.robots.kalman import correct, predict
+from cps_paper.testbed.robots.robot import advanced_arc, drive
+from cps_paper.testbed.robots.state import Robots, Rules
 
 
 @inlined

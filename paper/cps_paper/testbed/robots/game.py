@@ -22,14 +22,14 @@ from cps_envs.disbanding.payoff import Metrics, measure
 from cps_envs.disbanding.start import place, undisturbed
 from cps_envs.disbanding.state import Constants, State
 from cps_envs.disbanding.state import allocate as allocate_string
-from cps_envs.testbed.config import RobotConfig
-from cps_envs.testbed.dynamics import run_episode
-from cps_envs.testbed.observation import observe_robots
-from cps_envs.testbed.payoff import METRICS, measure_episode, velocity_error
-from cps_envs.testbed.picture.scene import Scene, scene_of
-from cps_envs.testbed.start import draw_episode, place_robots, string_constants
-from cps_envs.testbed.state import Robots, Rules, allocate, rules_of
-from cps_envs.testbed.swarm import RobotTeam
+from cps_paper.testbed.robots.config import RobotConfig
+from cps_paper.testbed.robots.dynamics import run_episode
+from cps_paper.testbed.robots.observation import observe_robots
+from cps_paper.testbed.robots.payoff import METRICS, measure_episode, velocity_error
+from cps_paper.testbed.robots.picture.scene import Scene, scene_of
+from cps_paper.testbed.robots.start import draw_episode, place_robots, string_constants
+from cps_paper.testbed.robots.state import Robots, Rules, allocate, rules_of
+from cps_paper.testbed.robots.swarm import RobotTeam
 
 
 class Account(NamedTuple):

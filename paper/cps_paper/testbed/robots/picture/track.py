@@ -9,8 +9,8 @@ import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.palette import BORDER, DAMAGE, GRID, MUTED, PAGE, WHITE, Color, darker, tint
-from cps_envs.testbed.picture.palette import platoon_color
-from cps_envs.testbed.picture.scene import Scene
+from cps_paper.testbed.robots.picture.palette import platoon_color
+from cps_paper.testbed.robots.picture.scene import Scene
 
 LANE = 17.0  # pixels of width
 LABEL, BAR_START, BAR_LENGTH = 22.0, 17.0, 52.0  # pixels from the middle of the episode: outward, and two inward

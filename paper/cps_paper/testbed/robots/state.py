@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cps_envs.core.types import FloatArray
-from cps_envs.testbed.config import RobotConfig
+from cps_paper.testbed.robots.config import RobotConfig
 
 LEAST_CAMERA_NOISE_M = 1e-4  # that the filter believes in
 POSITION_DRIFT_M2 = 1e-8  # variance that the filter adds to x and y in each step

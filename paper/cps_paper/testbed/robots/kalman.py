@@ -10,7 +10,7 @@ import math
 from cps_envs.core.compute.kalman import take_in
 from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import FloatArray
-from cps_envs.testbed.state import POSITION_DRIFT_M2, Rules
+from cps_paper.testbed.robots.state import POSITION_DRIFT_M2, Rules
 
 INITIAL_VARIANCE = 1e-4
 

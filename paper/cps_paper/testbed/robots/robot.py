@@ -6,7 +6,7 @@ import math
 
 from cps_envs.core.compute.kernels import clip, inlined
 from cps_envs.core.types import FloatArray
-from cps_envs.testbed.state import Rules
+from cps_paper.testbed.robots.state import Rules
 
 MOVING_MPS = 0.005  # the speed is noisy above this
 

@@ -9,7 +9,7 @@ from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.observation import observe_vehicles
 from cps_envs.disbanding.state import State
-from cps_envs.testbed.config import RobotConfig
+from cps_paper.testbed.robots.config import RobotConfig
 
 
 class RobotTeam(Team):

@@ -6,8 +6,8 @@ import numpy as np
 
 from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.testbed.config import RobotConfig
-from cps_envs.testbed.state import Robots, Rules
+from cps_paper.testbed.robots.config import RobotConfig
+from cps_paper.testbed.robots.state import Robots, Rules
 
 STOP_MPS = 0.01  # a robot stops when it gets slower than this
 METRICS = (

@@ -12,8 +12,8 @@ from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.dynamics import command_by_law, correct_commands, final_command, first_mitigable, involve
 from cps_envs.disbanding.state import Constants, State
-from cps_envs.testbed.robot import wrapped
-from cps_envs.testbed.state import Rules
+from cps_paper.testbed.robots.robot import wrapped
+from cps_paper.testbed.robots.state import Rules
 
 
 @inlined

@@ -9,10 +9,10 @@ import numpy as np
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.start import nominal_constants
 from cps_envs.disbanding.state import Constants
-from cps_envs.testbed.config import RobotConfig
-from cps_envs.testbed.kalman import INITIAL_VARIANCE
-from cps_envs.testbed.robot import wheel_target
-from cps_envs.testbed.state import Robots, rules_of
+from cps_paper.testbed.robots.config import RobotConfig
+from cps_paper.testbed.robots.kalman import INITIAL_VARIANCE
+from cps_paper.testbed.robots.robot import wheel_target
+from cps_paper.testbed.robots.state import Robots, rules_of
 
 
 def draw_episode(robots: Robots, config: RobotConfig, generator: np.random.Generator) -> None:
