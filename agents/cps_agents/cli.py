@@ -100,10 +100,6 @@ COMMANDS: dict[str, CommandEntry] = {  # in the order of the help
         "Tools",
         {
             "warm": (f"{OURS}.warm:warm", "Compile all physics now, so that no later command has to wait for it."),
-            "bench": (
-                f"{OURS}.bench:bench",
-                "Measure how fast the environments are on this machine, in every interface.",
-            ),
         },
     ),
 }

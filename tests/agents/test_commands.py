@@ -48,8 +48,6 @@ REFUSED = [
     (("reproduce", "benchmark", "--table", "tau-0.4"), "tau-0."),
     (("reproduce", "benchmark", "disbanding", "--attacker", "leed"), "Did you mean 'lead'?"),
     (("reproduce", "benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
-    (("bench", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
-    (("bench", "--problem", "rouge"), "Did you mean"),
     (("warm", "--problem", "rouge"), "Did you mean 'rogue'?"),
     *(
         (("certify", "--preset", "paper", "--out", "none.json", *wrong), remedy)

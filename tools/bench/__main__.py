@@ -1,17 +1,13 @@
-"""`python -m tools.bench`: the speed of environments, opponents and training beside what the project promises."""
+"""`python -m tools.bench`: the speed of environments and opponents beside what the project promises."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from cps_agents.bench.measuring import Findings, measure
-from cps_agents.bench.row import Row
-from cps_agents.bench.tables import OWN, Columns, number, tables, yardsticks
-from cps_agents.commands.bench import QUICK_S, USUAL_S, Only, Quick, Seconds
 from cps_agents.commands.options import AsJson
 from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError
@@ -19,27 +15,36 @@ from cps_agents.machine import describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet, styled
 from cps_envs import PROBLEMS, find_problem
-from cps_envs.core.errors import near, require
+from cps_envs.core.errors import near
 from tools.bench import opponents
-from tools.bench.before import published
-from tools.bench.suite import LEARNING, PARTS, judge, plan
+from tools.bench.measuring import Findings, measure
+from tools.bench.row import Row
+from tools.bench.suite import MAKERS, judge, plan
 from tools.command import run
 
 PROGRAM = "python -m tools.bench"
-PART = "Measure this part: sizes, resets, threads, interfaces, added, opponents or learning, which needs PyTorch."
+QUICK_S, USUAL_S = 0.06, 1.0
+Only = Annotated[list[str] | None, typer.Option("--problem", help="Measure this one; may be repeated.")]
+Parts = Annotated[
+    list[str] | None, typer.Option("--part", help=f"Measure this part: {', '.join(MAKERS)}; may be repeated.")
+]
+Seconds = Annotated[float, typer.Option(min=0.01, help="Give each row so many CPU seconds.")]
+Quick = Annotated[bool, typer.Option("--quick", help=f"Take a look: --seconds {QUICK_S}.")]
+Cell: TypeAlias = Callable[[Row], str]
+Columns: TypeAlias = Mapping[str, tuple[str, tuple[tuple[str, Cell], ...]]]  # part -> title, columns
 
 
 def bench(
     only: Only = None,
-    parts: Annotated[list[str] | None, typer.Option("--part", help=f"{PART} May be repeated.")] = None,
+    parts: Parts = None,
     seconds: Seconds = USUAL_S,
     quick: Quick = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the speed of environments, opponents and training.
+    """Measure the speed of environments and opponents.
 
-    Every time is CPU time of this process, but for threads. Press Ctrl-C at any time:
-    what was measured until then is printed.
+    Every time is CPU time of this process. Press Ctrl-C at any time: what was
+    measured until then is printed.
     """
     items = plan([find_problem(name) for name in only or PROBLEMS], _parts(parts or []))
     with Progress("bench", len(items)) as progress:
@@ -50,7 +55,7 @@ def bench(
         print_json(_document(machine, found, targets))
     else:
         console = out()
-        for table in tables([_by_problem(row) for row in found.rows], COLUMNS):
+        for table in tables([_by_problem(row) for row in found.rows]):
             console.print(table)
         if targets:
             console.print(_targets(targets))
@@ -60,13 +65,11 @@ def bench(
         raise typer.Exit(found.interrupted)
 
 
-def _parts(chosen: Sequence[str]) -> list[str]:
+def _parts(chosen: Sequence[str]) -> Sequence[str]:
     for part in chosen:
-        if part not in PARTS:
-            raise CommandError(f"--part {part!r}: there is no such part. {near(part, PARTS)}")
-    if LEARNING in chosen:
-        require("torch", extra="train", purpose="measuring our own PPO")
-    return list(chosen) or [part for part in PARTS if part != LEARNING]
+        if part not in MAKERS:
+            raise CommandError(f"--part {part!r}: there is no such part. {near(part, MAKERS)}")
+    return chosen or list(MAKERS)
 
 
 def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) -> dict[str, Any]:
@@ -87,15 +90,9 @@ def _by_problem(row: Row) -> Row:
     return replace(row, part=f"{row.part} {problem}", name=name.replace(".", " ", 1))
 
 
-def _before(form: str) -> Any:
-    """What a row was at an older commit, see `tools.bench.against`."""
-    rows = published()["rows"]
-
-    def cell(row: Row) -> str:
-        values = rows.get(f"{row.part}: {row.name}", {})
-        return format(values["before"], form) if "before" in values else "-"
-
-    return cell
+def number(key: str, form: str = ",.1f", factor: float = 1.0) -> Cell:
+    """A value of a row, times a factor; a dash where there is none."""
+    return lambda row: format(factor * row.values[key], form) if key in row.values else "-"
 
 
 def _limit(row: Row) -> str:
@@ -109,31 +106,27 @@ COLUMNS: Columns = {
         (
             ("M/s", number("work_per_s", factor=1e-6)),
             ("ns each", number("substep_ns", ".3g")),
-            ("before", _before(".3g")),
             ("of its limit", _limit),
             ("us/step", number("step_us")),
             ("kB", number("episode_kb")),
         ),
     ),
-    "threads": (
-        "Threads: steps per second on the wall of an idle machine",
+    "interfaces": (
+        "Interfaces: against none",
         (
-            ("threads", number("threads", ".0f")),
-            ("one", number("alone_per_s", ",.0f")),
-            ("all", number("together_per_s", ",.0f")),
-            ("gain", number("speed_up", ".2f")),
-            ("before", _before(".2f")),
+            ("steps/s", number("steps_per_s", ",.0f")),
+            ("us/step", number("step_us", ".3g")),
+            ("CartPoles", number("cartpoles", ".3g")),
         ),
     ),
-    "resets": (
-        "Resets of 1,024 environments against none: microseconds for each",
+    "added": (
+        "What interfaces add to a decision of one environment",
         (
-            ("seeded", number("reset_us", ".2f")),
-            ("before", _before(".1f")),
-            ("not seeded", number("again_us", ".2f")),
+            ("game, us", number("game_us")),
+            ("single adds", number("single_us")),
+            ("vector adds", number("vector_us")),
         ),
     ),
-    **OWN,
     **{
         f"{opponents.PART} {problem}": (
             f"Opponents: cost of a decision of the other role, {problem}",
@@ -146,18 +139,34 @@ COLUMNS: Columns = {
         )
         for problem in PROBLEMS
     },
-    "learning": (
-        "Our own PPO: native decisions per CPU second, and shares of the time in percent",
-        (
-            ("steps/s", number("steps_per_s", ",.0f")),
-            ("environment", number("environment", ".0f", 100)),
-            ("opponent", number("opponent", ".0f", 100)),
-            ("forward", number("forward", ".0f", 100)),
-            ("gradient", number("gradient", ".0f", 100)),
-            ("book-keeping", number("book_keeping", ".0f", 100)),
-        ),
-    ),
 }
+
+
+def tables(rows: Sequence[Row]) -> list[object]:
+    """A table for each part that was measured, and the reasons of rows without figures below."""
+    found: list[object] = []
+    for part, (title, columns) in COLUMNS.items():
+        if own := [row for row in rows if row.part == part]:
+            cells = [(_label(row), *(cell(row) for _, cell in columns)) for row in own if row.values]
+            found.append(Sheet(title, ("", *(name for name, _ in columns)), cells))
+            found += [f"{row.name}: {row.note}" for row in own if not row.values]
+    return found
+
+
+def _label(row: Row) -> str:
+    return f"{row.name} ({row.note})" if row.note else row.name
+
+
+def yardsticks(found: Findings, machine: dict[str, Any]) -> str:
+    """The yardsticks that everything was measured by, and the machine."""
+    lines = [f"{machine['cpu']}, Python {machine['python']}; CPU time of one process, the best of several rounds."]
+    lines += [
+        f"A step of a single CartPole takes {each.cartpole_us:.1f} us. The simplest vehicle in a compiled loop makes "
+        f"{each.updates_per_s / 1e9:.2f}e9 steps/s of seven operations, and a loop of divisions "
+        f"{each.divisions_per_s / 1e9:.2f}e9/s."
+        for each in found.yardsticks[:1]
+    ]
+    return "\n".join(lines)
 
 
 def _targets(targets: Sequence[Any]) -> object:

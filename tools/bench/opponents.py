@@ -9,7 +9,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s
 from cps_agents.warm import Overrides
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
@@ -17,6 +16,7 @@ from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.policies.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, Role, other
+from tools.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s
 
 PART = "opponents"
 NUM_ENVS = (1, 64)

@@ -12,16 +12,16 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.interfaces import vector
-from cps_agents.bench.row import ROUNDS, Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.game.problem import Problem
 from cps_envs.hvac.houses import house
+from tools.bench.interfaces import vector
+from tools.bench.row import ROUNDS, Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 
 PART = "sizes"
 ENVS = 64
 LATE_STEPS = 48  # three times as many as HVAC sums at once, see `cps_envs.hvac.window`
-OPERATIONS = 7  # of a step of the simplest vehicle, see `cps_agents.bench.interfaces`
+OPERATIONS = 7  # of a step of the simplest vehicle, see `tools.bench.interfaces`
 MANY, FEW = 65, 1  # environments whose memory is compared
 
 

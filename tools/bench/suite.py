@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from cps_agents.bench import interfaces
-from cps_agents.bench.row import Measurement, Row, Values, Yardsticks
 from cps_envs.core.game.problem import Problem
-from tools.bench import opponents, resets, sizes, threads
+from tools.bench import interfaces, opponents, sizes
+from tools.bench.row import Measurement, Row, Values, Yardsticks
 
 CARTPOLES = {  # single decisions that may cost so many steps of a single CartPole at most
     "DisbandingAttack single": 8.0,
@@ -25,10 +24,6 @@ MACHINE = Yardsticks(cartpole_us=6.3, updates_per_s=6.5e9, divisions_per_s=3.1e9
 DECISIONS_PER_S = {"DisbandingAttack single": 1.2e4}  # this and what follows: on that machine
 SINGLE_ADDS_US, VECTOR_ADDS_US = 10.0, 20.0  # what an interface may add to a decision of one environment
 OPPONENT_TIMES = 4.0  # the cost of `none` that a usual opponent may have at 64 environments, if it is no solver
-RESET_US = {"fdi paper": 5.0, "rogue paper": 8.0, "disbanding paper": 10.0, "hvac paper": 20.0}
-LEAST_GAIN = 0.95  # of threads, at any size
-GAINS = {"disbanding vector 1024": 1.8, "rogue vector 1024": 1.8}
-STEPS_PER_S = {"fdi-attack": 6e4, "fdi-defense": 6e4, "rogue-attack": 6e4, "rogue-defense": 6e4}  # of our own PPO
 
 
 @dataclass(frozen=True)
@@ -53,7 +48,7 @@ def judge(rows: Sequence[Row], yardsticks: Sequence[Yardsticks] = ()) -> list[Ta
     slower = min(each.cartpole_us for each in known) / MACHINE.cartpole_us
     faster = max(each.updates_per_s for each in known) / MACHINE.updates_per_s  # compiled loops
     sizes_and_single = (*_sizes(found, faster), *_single(found, slower))
-    return [*sizes_and_single, *_added(rows, slower), *_opponents(rows), *_others(found, slower)]
+    return [*sizes_and_single, *_added(rows, slower), *_opponents(rows)]
 
 
 Found: TypeAlias = Mapping[tuple[str, str], Values]
@@ -105,44 +100,14 @@ def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
         yield Target(f"{role}, costliest: {policy}, x none", row.values[key], OPPONENT_TIMES)
 
 
-def _others(found: Found, slower: float) -> Iterator[Target]:
-    for (part, name), values in found.items():
-        if part == resets.PART and name in RESET_US:
-            yield Target(f"{name}: us of a seeded reset", values["reset_us"], RESET_US[name] * slower)
-        if part == threads.PART:
-            least = GAINS.get(name, LEAST_GAIN)
-            yield Target(f"{name}: gain of threads", values["speed_up"], least, at_least=True)
-        if part == LEARNING and name in STEPS_PER_S:
-            bound = STEPS_PER_S[name] / slower
-            yield Target(f"{name}: native steps/CPU s", values["steps_per_s"], bound, at_least=True)
-
-
-LEARNING = "learning"  # which needs PyTorch
-PARTS = (
-    sizes.PART,
-    resets.PART,
-    threads.PART,
-    interfaces.PART,
-    interfaces.ADDED,
-    opponents.PART,
-    LEARNING,
-)
+MAKERS: Mapping[str, Callable[[list[Problem]], Iterator[Measurement]]] = {
+    sizes.PART: sizes.items,
+    interfaces.PART: interfaces.items,
+    interfaces.ADDED: interfaces.added_items,
+    opponents.PART: opponents.items,
+}
 
 
 def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Measurement]:
-    """What there is to be measured of some problems in some of the `PARTS`."""
-    chosen = list(problems)
-    makers = {
-        sizes.PART: sizes.items,
-        resets.PART: resets.items,
-        threads.PART: threads.items,
-        interfaces.PART: interfaces.items,
-        interfaces.ADDED: interfaces.added_items,
-        opponents.PART: opponents.items,
-    }
-    found = [item for part, make in makers.items() if part in parts for item in make(chosen)]
-    if LEARNING in parts:
-        from tools.bench import learning
-
-        found += learning.items(chosen)
-    return found
+    """What there is to be measured of some problems in some of the parts."""
+    return [item for part, make in MAKERS.items() if part in parts for item in make(list(problems))]

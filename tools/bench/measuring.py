@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from cps_agents.bench.interfaces import measure_yardsticks
-from cps_agents.bench.row import Measurement, Row, Yardsticks
 from cps_agents.errors import explain
 from cps_baselines.interruption import exit_code
+from tools.bench.interfaces import measure_yardsticks
+from tools.bench.row import Measurement, Row, Yardsticks
 
 Report = Callable[[int, int, str], None]  # items done, items in all, what comes next
 

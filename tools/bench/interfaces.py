@@ -13,11 +13,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.types import AGENTS, ROLES, FloatArray
+from tools.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 
 PART, ADDED = "interfaces", "added"
 CARTPOLE = "CartPole-v1"

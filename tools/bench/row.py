@@ -15,7 +15,7 @@ class Yardsticks:
     """What everything is compared with, measured in the same process shortly before."""
 
     cartpole_us: float  # CPU time of a step of a single CartPole
-    updates_per_s: float  # of the simplest vehicle, see `cps_agents.bench.interfaces`
+    updates_per_s: float  # of the simplest vehicle, see `tools.bench.interfaces`
     divisions_per_s: float  # of float64 in a compiled loop
 
 
@@ -41,23 +41,22 @@ class Measurement:
 
 ROUNDS = 3  # the best one counts: the others were disturbed
 Call = Callable[[], object]
-Clock = Callable[[], float]  # seconds
 
 
-def calls_per_s(call: Call, seconds: float, clock: Clock = time.process_time) -> float:
-    """Calls per second: the best of a few rounds that together take about `seconds`. The first call warms up."""
+def calls_per_s(call: Call, seconds: float) -> float:
+    """Calls per CPU second: the best of a few rounds that together take about `seconds`. The first call warms up."""
     call()
-    return max(_one_round(call, seconds / ROUNDS, clock) for _ in range(ROUNDS))
+    return max(_one_round(call, seconds / ROUNDS) for _ in range(ROUNDS))
 
 
-def _one_round(call: Call, seconds: float, clock: Clock) -> float:
+def _one_round(call: Call, seconds: float) -> float:
     calls, batch = 0, 1
-    start = clock()
+    start = time.process_time()
     while True:
         for _ in range(batch):
             call()
         calls += batch
-        spent = clock() - start
+        spent = time.process_time() - start
         if spent >= seconds:
             return calls / spent
         batch = max(1, min(2 * batch, int(calls / max(spent, 1e-9) * (seconds - spent)) + 1))
