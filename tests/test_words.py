@@ -21,7 +21,6 @@ ROOT = Path(__file__).parents[1]
 GENERATED = {
     "leaderboard.md",
     "reliability.md",
-    "coverage.md",
     "changelog.md",
     "contributing.md",
     "security.md",

@@ -12,7 +12,7 @@ degrees of freedom for seeds and episodes together. Where neither seeds nor epis
 the interval is longer than it had to be.
 
 A difference of two policies has three factors: the training seeds of one, those of the other, and the episodes, which
-both play. All are drawn. `python -m tools.coverage` measures how often intervals hold the truth.
+both play. All are drawn. docs/evaluation.md shows how often intervals hold the truth.
 """
 
 from __future__ import annotations
