@@ -15,7 +15,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from cps_agents.console import err
-from cps_agents.errors import CommandError, explain
+from cps_agents.errors import explain
 from cps_baselines.interruption import ending, exit_code
 
 WRONG_INPUT = 2
@@ -103,30 +103,6 @@ COMMANDS: dict[str, CommandEntry] = {  # in the order of the help
         },
     ),
 }
-RENAMED = {  # old name -> what to type now
-    "benchmark": "cps-envs reproduce benchmark",
-    "calibrate-mtd2": "python -m tools.hvac.calibrate",
-    "coverage": "python -m tools.coverage",
-    "double-oracle": "python -m tools.double_oracle",
-    "learnability": "python -m tools.learnability",
-    "oracle": "cps-envs certify",
-    "reliability": "python -m tools.reliability",
-    "score freeze": "python -m tools.challenge",
-    "search-feedback": "cps-envs train DisbandingDefense-v0 --algo cma-es --knob family=disbanding-feedback",
-    "search-string": "cps-envs train DisbandingDefense-v0 --algo cma-es --knob family=disbanding-radio",
-    "search-switching": "python -m tools.rogue.search",
-    "string-stability": "cps-envs reproduce string-stability",
-}
-OPTIONS = {  # old option -> what to type now
-    "--against": "--attacker or --defender",
-    "--anneal": "one of `python -m tools.fdi.certify`, in a checkout",
-    "--attackers": "--attacker",
-    "--defenders": "--defender",
-    "--exhaust": "one of `python -m tools.fdi.certify`, in a checkout",
-    "--opponent": "--attacker or --defender",
-    "--period": "--preset mitigated, or --defender heuristic with options",
-    "--policy": "--attacker or --defender",
-}
 
 
 class Deferred(TyperCommand):
@@ -191,8 +167,6 @@ def told(ctx: Any, advice: Callable[[], str]) -> Iterator[None]:
         raise typer.Exit(exit_code(error)) from None
     except Exception as error:
         message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
-        if (option := getattr(error, "option_name", None)) in OPTIONS:
-            message = f"the option {option} is now {OPTIONS[option]}"
         if message is None:
             raise
         _say(f"[bold red]Error:[/] {_escaped(message)}")
@@ -231,7 +205,7 @@ class Commands(TyperGroup):
 
 
 class Everything(Commands):
-    """All commands, in the order of the panels; old names say what they are called now."""
+    """All commands, in the order of the panels."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -240,17 +214,6 @@ class Everything(Commands):
     def list_commands(self, ctx: Any) -> list[str]:
         """The names of all commands."""
         return list(self.commands)
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that is asked for.
-
-        Raises:
-            CommandError: by an old name.
-        """
-        for old in (" ".join(args[:1]), " ".join(args[:2])):
-            if old in RENAMED:
-                raise CommandError(f"`cps-envs {old}` is now: {RENAMED[old]}")
-        return super().resolve_command(ctx, args)
 
 
 class Single(TyperCommand):

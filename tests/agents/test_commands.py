@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from cps_agents.cli import COMMANDS as ENTRIES
-from cps_agents.cli import RENAMED, whole
+from cps_agents.cli import whole
 from tests.agents.command_line import invoke, refusal, succeeded
 
 SHORT = ("--set", "duration_s=2")
@@ -71,7 +71,6 @@ REFUSED = [
     *(
         (("play", "cps_paper.testbed.robots.problem:TESTBED", *wrong), remedy)
         for *wrong, remedy in (
-            ("--period", "0.5", "the option --period is now --preset mitigated"),
             ("--preset", "mitigated", "--defender", "heuristic?horizon_s=0.52&sample_s=0.1", "multiple of sample_s"),
             ("--defender", "heuristics", "heuristic"),
             ("--set", "radius_m=0.4", "larger radius_m"),
@@ -166,13 +165,6 @@ def test_a_command_says_of_itself_what_the_list_of_commands_says() -> None:
     loaded = whole().commands
     for name, entry in ENTRIES.items():
         assert loaded[name].help.partition("\n\n")[0] == entry.summary
-
-
-@pytest.mark.parametrize("name", RENAMED)
-def test_an_old_name_says_what_to_type_now(name: str) -> None:
-    assert refusal(*name.split(), "--any") == f"Error: `cps-envs {name}` is now: {RENAMED[name]}"
-    program, first, *_ = RENAMED[name].split()
-    assert first in ENTRIES if program == "cps-envs" else first == "-m"
 
 
 def test_the_list_of_problems_fits_a_screen_and_a_problem_shows_its_policies() -> None:
