@@ -52,7 +52,6 @@ COMMANDS: dict[str, CommandEntry] = {  # in the order of the help
         "Learn",
         {
             "train": (f"{OURS}.train:train", "Train a policy by its recipe, one run for each seed."),
-            "tune": (f"{OURS}.train:tune", "Search better knobs for a recipe; each trial trains with other values."),
             "best-response": (
                 f"{OURS}.best_response:best_response",
                 "Find a best response to a fixed opponent: at least how far can it be exploited?",

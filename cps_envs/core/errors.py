@@ -14,7 +14,6 @@ EXTRAS = {  # package -> the extra of ours that installs it
     "torch": "train",
     "pymoo": "genetic",
     "minari": "data",
-    "optuna": "tune",
     "pygame": "render",
 }
 

@@ -59,16 +59,6 @@ REFUSED = [
         )
     ),
     *(
-        (("tune", "rogue-attack", "--jobs", "1", "--range", given), remedy)
-        for given, remedy in (
-            ("learning_rate", "LOW:HIGH"),
-            ("learning_rate=1:0", "LOW:HIGH"),
-            ("learning_rate=0:1:log", "LOW above 0"),
-            ("learning_rat=1:2", "learning_rate"),
-            ("epochs=many:few", "LOW:HIGH"),
-        )
-    ),
-    *(
         (("play", "cps_paper.testbed.robots.problem:TESTBED", *wrong), remedy)
         for *wrong, remedy in (
             ("--preset", "mitigated", "--defender", "heuristic?horizon_s=0.52&sample_s=0.1", "multiple of sample_s"),
@@ -178,7 +168,7 @@ def test_the_list_of_problems_fits_a_screen_and_a_problem_shows_its_policies() -
 def test_wrong_input_gets_one_message_that_names_the_remedy(
     arguments: Sequence[str], remedy: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    for package in {"certify": ["highspy"], "tune": ["optuna", "torch"]}.get(arguments[0], []):
+    for package in {"certify": ["highspy"]}.get(arguments[0], []):
         pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
     assert remedy in refusal(*arguments)
@@ -205,7 +195,6 @@ def test_json_is_all_that_is_on_stdout(
         (("reproduce", "string-stability", "--plot", "gain.png"), "matplotlib.figure", "baselines"),
         (("reproduce", "ch2", "--plot", "gains"), "matplotlib.figure", "baselines"),
         (("league", "rogue"), "scipy", "baselines"),
-        (("tune", "rogue-attack"), "optuna", "tune"),
         (("train", "rogue-attack"), "torch", "train"),
         (("self-play", "rogue"), "torch", "train"),
         (("best-response", "rogue", "attacker", "--defender", "pd"), "torch", "train"),

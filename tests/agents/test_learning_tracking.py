@@ -6,7 +6,6 @@ import json
 import sys
 import threading
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ pytest.importorskip("torch")
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn
 from cps_agents.learning.run import TrainingJob, read_earlier
-from cps_agents.learning.tracking import TrackedRun, make_tracker
+from cps_agents.learning.tracking import make_tracker
 from cps_agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
@@ -27,14 +26,10 @@ from tests.agents.test_ppo import recipe_of
 RECIPE = recipe_of("attacker", total_steps=1_280)
 
 
-def subject(folder: Path) -> TrackedRun:
-    return TrackedRun("rogue-seed-0", "rogue", folder, {"learning_rate": 1e-3})
-
-
 def test_tensorboard_reads_what_was_logged(tmp_path: Path) -> None:
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-    tracker = make_tracker("tensorboard", subject(tmp_path))
+    tracker = make_tracker("tensorboard", tmp_path)
     tracker.log({"validation/score": 2.0}, 10)
     tracker.log({"validation/score": 3.0}, 20)
     tracker.close()
@@ -51,7 +46,7 @@ def test_a_full_disk_is_told_in_a_sentence_that_names_the_folder(
     def full(writer: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    before, tracker = threading.excepthook, make_tracker("tensorboard", subject(tmp_path))
+    before, tracker = threading.excepthook, make_tracker("tensorboard", tmp_path)
     monkeypatch.setattr(RecordWriter, "flush", full)
     with pytest.raises(OSError, match=r"cannot be written: No space left on device: .*tensorboard"):  # noqa: PT012
         for steps in range(100):
@@ -62,42 +57,12 @@ def test_a_full_disk_is_told_in_a_sentence_that_names_the_folder(
     assert threading.excepthook == before
 
 
-def test_a_run_of_weights_and_biases_goes_on_under_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    logged: list[dict[str, float]] = []
-    given: dict[str, Any] = {}
-
-    def init(**options: Any) -> Any:
-        given.update(options)
-        return SimpleNamespace(log=logged.append, finish=lambda: logged.append({"end": 1.0}))
-
-    monkeypatch.setitem(sys.modules, "wandb", SimpleNamespace(init=init))
-    tracker = make_tracker("wandb", subject(tmp_path))
-    tracker.log({"loss": 0.5}, 7)
-    tracker.close()
-    assert logged == [{"loss": 0.5, "steps": 7}, {"end": 1.0}]
-    assert (given["id"], given["resume"], given["config"]) == ("rogue-seed-0", "allow", {"learning_rate": 1e-3})
-
-
-def test_mlflow_keeps_one_run_over_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    mlflow = pytest.importorskip("mlflow.tracking")
-    monkeypatch.setenv("MLFLOW_TRACKING_URI", f"file:{tmp_path}")
-    monkeypatch.setenv("MLFLOW_ALLOW_FILE_STORE", "true")
-    for steps in (1, 2):
-        tracker = make_tracker("mlflow", subject(tmp_path))
-        tracker.log({"loss": 0.5 * steps}, steps)
-        tracker.close()
-    client = mlflow.MlflowClient()
-    runs = client.search_runs([client.get_experiment_by_name("rogue").experiment_id])
-    assert [run.data.params for run in runs] == [{"learning_rate": "0.001"}]
-    assert [metric.value for metric in client.get_metric_history(runs[0].info.run_id, "loss")] == [0.5, 1.0]
-
-
 def test_an_unknown_or_missing_tracker_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(CommandError, match="tensorboard"):
-        make_tracker("tensorbord", subject(tmp_path))
-    monkeypatch.setitem(sys.modules, "wandb", None)
-    with pytest.raises(MissingExtraError, match=r"cps-envs\[wandb\]"):
-        make_tracker("wandb", subject(tmp_path))
+        make_tracker("tensorbord", tmp_path)
+    monkeypatch.setitem(sys.modules, "tensorboard", None)
+    with pytest.raises(MissingExtraError, match=r"cps-envs\[train\]"):
+        make_tracker("tensorboard", tmp_path)
 
 
 def test_a_run_is_repeated_from_its_file(tmp_path: Path) -> None:

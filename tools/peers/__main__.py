@@ -61,7 +61,7 @@ PEERS = (
     Peer("agilerl_", "AgileRL", ("agilerl",), ("agilerl",)),
     Peer("rllib", "RLlib", ("ray[rllib]", "torch"), ("ray",)),
     Peer("minari_", "Minari", (), ("minari",), "[cli,data]"),
-    Peer("optuna_", "Optuna", (), ("optuna",), "[train,tune]"),
+    Peer("optuna_", "Optuna", (), ("optuna",), "[train]"),
     Peer("openai_agents", "openai-agents in the same environment", ("openai-agents",), ("openai-agents",), "[cli]"),
 )
 

@@ -17,7 +17,7 @@ from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.learning.recipe import Recipe, changed, differing, knobs_of
-from cps_agents.learning.tracking import RunTracker, TrackedRun, make_tracker
+from cps_agents.learning.tracking import RunTracker, make_tracker
 from cps_agents.machine import versions
 from cps_agents.recipes.finding import find_recipe
 from cps_envs.core.documents import Entry, Source, entry_of, read_entry, read_text
@@ -117,8 +117,7 @@ class TrainingJob:
 
     def start_tracker(self) -> RunTracker:
         """What its curves are told to."""
-        name = f"{self.recipe.name}-seed-{self.seed}"
-        return make_tracker(self.tracker, TrackedRun(name, self.recipe.name, self.folder, knobs_of(self.recipe)))
+        return make_tracker(self.tracker, self.folder)
 
 
 def _check(found: Entry) -> None:

@@ -21,7 +21,7 @@ from tools.reliability.fuzz.values import Generator, pick
 
 INPUTS = 150  # of a chunk
 PATIENCE_S = 1.5  # CPU seconds for a command that was accepted
-LIBRARIES = ("cma", "cvxpy", "matplotlib.pyplot", "numba", "optuna", "pymoo.core.algorithm", "stable_baselines3")
+LIBRARIES = ("cma", "cvxpy", "matplotlib.pyplot", "numba", "pymoo.core.algorithm", "stable_baselines3")
 LEFT_OUT = ("warm",)  # nothing in them but time
 SAID = {"--jobs": ("--jobs", "1"), "--dry-run": ("--dry-run",)}  # always; without them work goes on in other processes
 NO_OPTIONS = ("--help", "--publish", "--trust", "--debug", *SAID)  # nothing to be tried here

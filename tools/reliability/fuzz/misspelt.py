@@ -13,7 +13,7 @@ from tools.reliability.fuzz.judging import Tally, limited
 from tools.reliability.fuzz.values import Generator
 
 ARGUMENTS = {"problem": "hvac", "role": "attacker", "result": "here.json", "runs": "runs", "parts": "fuzz"}
-NAMES = {"list": "hvac", "report": "hvac", "train": "hvac-attack", "tune": "hvac-attack"}
+NAMES = {"list": "hvac", "report": "hvac", "train": "hvac-attack"}
 NAME = "hvac-attack"  # every other argument
 REQUIRED = {"best-response": ("--defender", "mtd2")}
 WRITTEN = ("--out", "--to", "--html", "--csv", "--plot", "--meetings", "--markdown", "--id")  # any word will do
@@ -41,7 +41,6 @@ VALUES = {
     "--preset": "learning",
     "--preset-set": "paper",
     "--problem": "hvac",
-    "--range": "learning_rate=0.001,0.01",
     "--reading": "default",
     "--render": "film.gif",
     "--role": "attacker",
@@ -51,7 +50,7 @@ VALUES = {
     "--suite": "paper",
     "--table": "impact",
     "--task": "x4>4",
-    "--tracker": "wandb",
+    "--tracker": "none",
     "--variant": "plain",
 }
 NUMBER = "1o"  # where a number belongs
