@@ -95,7 +95,7 @@ def test_the_matrix_holds_the_meetings(folder: Path) -> None:
 
 def test_trained_policies_tell_how_they_came_about() -> None:
     assert _training("zoo:hvac-attack") == "Trained by shared-ppo against `largest`, from preset `learning`."
-    assert _training("zoo:rogue-attack-mixture").startswith("Plays 3 policies, found by double-oracle")
+    assert _training("zoo:rogue-attack-self-play-1").startswith("Trained by shared-ppo against `a strategy")
     assert "against a mixture of opponents" in _training("zoo:rogue-attack")
     assert _training("square") == _training("zoo:missing") == ""
 

@@ -254,10 +254,10 @@ def test_a_forged_file_is_rejected(forged: dict[str, Any], message: str, file: P
 
 def test_other_weights_are_rejected(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "searched.json"
-    path.write_text(json.dumps(score("fdi-attack", "zoo:fdi-attack-mixture").to_json()))
+    path.write_text(json.dumps(score("fdi-attack", "zoo:fdi-attack-self-play").to_json()))
     verify.verify(path)
     with pytest.raises(CommandError, match="not those that were scored"):
-        verify.verify(edited(path, lambda document: document["sources"].update({"fdi-attack-mixture": "0" * 16})))
+        verify.verify(edited(path, lambda document: document["sources"].update({"fdi-attack-self-play": "0" * 16})))
 
 
 def test_a_score_that_was_tuned_on_its_seeds_falls_in_the_audit(folder: Path, tracker: Score) -> None:

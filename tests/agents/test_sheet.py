@@ -199,7 +199,7 @@ def test_a_long_note_gives_way_to_count_and_time(monkeypatch: pytest.MonkeyPatch
     text = io.StringIO()
     monkeypatch.setattr(progress, "err", lambda: Console(file=text, width=80, force_terminal=True))
     with Progress("disbanding", 1234) as shown:
-        shown.update(1000, "spread against zoo:disbanding-defense-mixture, seeds 1,000,000 to 1,000,400 and more")
+        shown.update(1000, "spread against zoo:disbanding-defense-self-play, seeds 1,000,000 to 1,000,400 and more")
     last = re.sub(r"\x1b\[[^a-zA-Z]*[a-zA-Z]", "", text.getvalue()).strip().splitlines()[-1]
     assert len(last) <= 80
     assert "disbanding" in last

@@ -120,7 +120,6 @@ def test_all_stands_for_everybody_who_can_play_and_what_is_broken_is_told(
         ("score tank-defense own_problem:Doubt", "A problem of your own has none: judge it with evaluate or league"),
         ("train own_problem:own_problem/TankAttak-v0", "Did you mean 'own_problem:own_problem/TankAttack-v0'"),
         ("train own_problem:own_problem/TankAttack-v0 --algo cma-es", "--knob family=NAME, with one of your own"),
-        ("zoo mix .", ". is a folder: give self-play.json"),
     ],
 )
 def test_a_refusal_says_what_to_do(words: str, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

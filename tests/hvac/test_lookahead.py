@@ -80,7 +80,7 @@ def test_no_other_defender_pays_less_without_an_attack() -> None:
     """On 100 days: `truth` and `informed`, which are told, and every registered, searched or trained defender."""
     told = play("none", "lookahead", DAYS, "learning", **ATTACK_FREE)["return"]
     unnamed = {"always", "mixture", "mtd2_calibrated", "lookahead"}  # the first need options, or a shipped threshold
-    others = {*policy_names("hvac", "defender"), "zoo:hvac-defense", "zoo:hvac-defense-mixture"} - unnamed
+    others = {*policy_names("hvac", "defender"), "zoo:hvac-defense", "zoo:hvac-defense-self-play"} - unnamed
     for name in sorted(others):
         paid = play("none", name, DAYS, "learning", **ATTACK_FREE)["return"]
         assert told.mean() < paid.mean(), name

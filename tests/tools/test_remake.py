@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from safetensors.numpy import load, save
 
-from cps_agents.commands.self_play import _unmixable
 from cps_agents.errors import CommandError
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import SHIPPED
 from cps_agents.zoo.files import read_pair, shipped_names
-from cps_baselines.arena import Venue
 from cps_envs import PROBLEMS
 from tests.agents.command_line import succeeded
 from tests.agents.trained import save_tiny
@@ -39,7 +36,7 @@ def test_nothing_shipped_is_an_orphan() -> None:
         else:
             assert command == "self-play"
             assert target in PROBLEMS
-            assert step.policies == (f"{target}-attack-mixture", f"{target}-defense-mixture")
+            assert all("-self-play" in name for name in step.policies)
 
 
 def test_what_a_policy_needs_is_made_before_it() -> None:
@@ -48,17 +45,16 @@ def test_what_a_policy_needs_is_made_before_it() -> None:
         assert all(order.index(needed) < order.index(step.policies[0]) for needed in step.needs)
 
 
-def test_a_step_goes_on_where_it_stopped_and_its_mixtures_are_shipped() -> None:
+def test_a_step_goes_on_where_it_stopped_and_so_does_a_self_play() -> None:
     (trained,) = steps(["rogue-defense"])
     runs, to = Path("runs"), Path("zoo")
     assert calls(trained, runs, to, 2) == [
         [*trained.command.split()[1:], "--resume", "--jobs", "2", "--out", "runs", "--to", "zoo"]
     ]
-    (played,) = steps(["rogue-attack-mixture"])
-    first, second = calls(played, runs, to, None)
+    (played,) = steps(["rogue-attack-self-play-1"])
+    (first,) = calls(played, runs, to, None)
     assert first[:2] == ["self-play", "rogue"]
     assert first[-3:] == ["--resume", "--out", "runs/self-play-rogue"]
-    assert second == ["zoo", "mix", "runs/self-play-rogue/self-play.json", "--to", "zoo"]
 
 
 def test_cards_hold_commands_of_today() -> None:
@@ -68,8 +64,8 @@ def test_cards_hold_commands_of_today() -> None:
 
 
 def test_the_commands_are_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (step,) = steps(["fdi-attack-mixture"])
-    monkeypatch.setattr(module, "calls", lambda *_: [["zoo", "card", "fdi-attack-mixture", "--out", f"{tmp_path}/a"]])
+    (step,) = steps(["fdi-attack-self-play"])
+    monkeypatch.setattr(module, "calls", lambda *_: [["zoo", "card", "fdi-attack-self-play", "--out", f"{tmp_path}/a"]])
     do(step, tmp_path, tmp_path, None)
     assert (tmp_path / "a").is_file()
     monkeypatch.setattr(module, "calls", lambda *_: [["zoo", "show", "unknown"]])
@@ -93,12 +89,6 @@ def test_an_unknown_policy_and_a_card_without_its_command_are_refused(tmp_path: 
         steps(folder=tmp_path)
 
 
-def test_self_play_does_not_begin_with_mixtures_of_an_earlier_one() -> None:
-    venue = Venue("rogue", "learning")
-    assert "mixture itself" in _unmixable("zoo:rogue-attack-mixture", venue)
-    assert not _unmixable("contested", venue)
-
-
 def test_a_policy_made_anew_is_compared_with_the_shipped_one(tmp_path: Path) -> None:
     name = "rogue-defense"
     shipped, data = read_pair(SHIPPED / f"{name}.json")
@@ -115,13 +105,3 @@ def test_a_policy_made_anew_is_compared_with_the_shipped_one(tmp_path: Path) -> 
     )
     fewer = {key: array for key, array in numbers.items() if not key.startswith("0/")}
     assert "bit for bit" not in compare((shipped, save(fewer)), tmp_path)
-
-
-def test_the_same_probabilities_of_other_policies_are_another_mixture(tmp_path: Path) -> None:
-    name = "rogue-attack-mixture"
-    for suffix in ("json", "safetensors"):
-        shutil.copy(SHIPPED / f"{name}.{suffix}", tmp_path)
-    shipped, data = read_pair(SHIPPED / f"{name}.json")
-    assert compare((shipped, data), tmp_path).endswith("bit for bit.")
-    other = replace(shipped, numbers=tuple(reversed(shipped.numbers)))
-    assert compare((other, data), tmp_path) == f"{name} differs from the shipped policy."

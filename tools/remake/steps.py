@@ -16,7 +16,7 @@ import numpy as np
 from safetensors.numpy import load as from_bytes
 
 from cps_agents.errors import CommandError
-from cps_agents.zoo.card import MIXTURE, SHIPPED, Card, read_card
+from cps_agents.zoo.card import SHIPPED, Card, read_card
 from cps_agents.zoo.files import START, read_pair, shipped_names
 from cps_envs.core.errors import near
 from cps_envs.core.types import Array
@@ -57,9 +57,9 @@ def steps(names: Sequence[str] = (), folder: Path = SHIPPED) -> list[Step]:
 def _step(card: Card, cards: Sequence[Card]) -> Step:
     words = shlex.split(card.command)
     cpu_s = sum(facts.get("cpu_s", 0.0) for facts in card.seeds.values())
-    if card.head == MIXTURE and words[:3] == ["cps-envs", "self-play", card.problem]:
-        policies = tuple(each.name for each in cards if each.head == MIXTURE and each.problem == card.problem)
-        needs = tuple(each.name for each in cards if each.head != MIXTURE and each.problem == card.problem)
+    if words[:3] == ["cps-envs", "self-play", card.problem]:
+        policies = tuple(each.name for each in cards if each.command == card.command)
+        needs = tuple(each.name for each in cards if each.command != card.command and each.problem == card.problem)
         return Step(card.command, policies, needs, cpu_s)
     if words[:3] == ["cps-envs", "train", card.name]:
         told = json.dumps([card.opponent, dict(card.recipe)])
@@ -75,7 +75,7 @@ def calls(step: Step, runs: Path, to: Path, jobs: int | None) -> list[list[str]]
     if arguments[0] == "train":
         return [[*arguments, "--out", str(runs), "--to", str(to)]]
     home = runs / f"self-play-{arguments[1]}"
-    return [[*arguments, "--out", str(home)], ["zoo", "mix", str(home / "self-play.json"), "--to", str(to)]]
+    return [[*arguments, "--out", str(home)]]
 
 
 def do(step: Step, runs: Path, to: Path, jobs: int | None) -> None:

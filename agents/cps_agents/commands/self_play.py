@@ -30,13 +30,12 @@ from cps_agents.league.league import asked, check_anybody, line_up
 from cps_agents.league.oracles import Oracle, choose_oracles, in_venue
 from cps_agents.league.response import Budget
 from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate
-from cps_agents.league.self_play_report import document, draw, strategy_line, table, tell_round
+from cps_agents.league.self_play_report import document, draw, play_line, strategy_line, table, tell_round
 from cps_agents.league.venues import merged
 from cps_agents.learning.recipe import SHARED
 from cps_agents.machine import available_cores, describe
 from cps_agents.recipes.finding import usual_recipe
-from cps_agents.zoo.card import MIXTURE
-from cps_agents.zoo.references import card_of, form_of
+from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.errors import require
@@ -132,9 +131,6 @@ def _game(
 
 def _unmixable(reference: str, venue: Venue) -> str:
     """Why a mixed strategy cannot hold a policy; empty if it can."""
-    card = card_of(reference)
-    if card is not None and card.head == MIXTURE:
-        return "it is a mixture itself, so name its policies"
     form = form_of(reference, venue.config)
     return f"it was trained with other {', '.join(form)}; see --set" if form else ""
 
@@ -162,4 +158,5 @@ def _show(outcome: LeagueOutcome) -> None:
     console.print(table(outcome))
     for role in ROLES:
         console.print(strategy_line(outcome, role), markup=False, soft_wrap=True)
+        console.print(play_line(outcome, role), markup=False, soft_wrap=True)
     console.print(f"Responses: {outcome.steps:,} steps, {outcome.cpu_s:.0f} CPU s.")

@@ -10,7 +10,6 @@ import typer
 from cps_agents.commands.options import AsJson
 from cps_agents.console import note, out, print_json
 from cps_agents.files import write_text
-from cps_agents.league.self_play_report import ship_mixtures
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, Card, read_card
 from cps_agents.zoo.files import find, load, shipped_names
@@ -86,26 +85,6 @@ def add(
     note(f"Written: {target} and {target.with_suffix('.safetensors')}. It plays as zoo:{target}")
 
 
-@app.command()
-def mix(
-    result: Annotated[Path, typer.Argument(metavar="SELF-PLAY.json", help="What `cps-envs self-play` wrote.")],
-    folder: Annotated[Path, typer.Option("--to", help="Where the two policies go.")] = Path("zoo"),
-    as_json: AsJson = False,
-) -> None:
-    """Put the final mixed strategies of a self-play into policies, one of each role.
-
-    They are called PROBLEM-attack-mixture and PROBLEM-defense-mixture. Trained policies that they draw come along.
-    """
-    cards = ship_mixtures(result, folder)
-    if as_json:
-        print_json([card.to_json() for card in cards])
-        return
-    for card in cards:
-        _print(card)
-        _print_numbers(card, folder / f"{card.name}.json")
-    note(f"Written: {', '.join(card.name for card in cards)} in {folder}")
-
-
 def _cards(folder: Path) -> list[Card]:
     """The cards of a folder, by name."""
     return [read_card(folder / f"{name}.json") for name in shipped_names(folder)]
@@ -132,8 +111,7 @@ def _print(card: Card) -> None:
 
 
 def _print_numbers(card: Card, path: Path) -> None:
-    """The numbers of a policy that is one of a family, by training seed, or a mixture's probabilities."""
+    """The numbers of a policy that is one of a family, by training seed."""
     columns = [load(path, int(seed))[1].tensors()["numbers"] for seed in card.seeds]
     rows = [(name, *(f"{column[k]:.4g}" for column in columns)) for k, name in enumerate(card.numbers)]
-    title = f"Numbers of the family {card.family}, by training seed" if card.family else "Probabilities of policies"
-    out().print(Sheet(title, ("number", *card.seeds), rows))
+    out().print(Sheet(f"Numbers of the family {card.family}, by training seed", ("number", *card.seeds), rows))

@@ -184,10 +184,10 @@ def _load(home: Path, number: int) -> Iteration | None:
 
 
 def _profile(found: Entry) -> Profile:
-    return {role: strategy_in(found[role]) for role in ROLES}
+    return {role: _strategy_in(found[role]) for role in ROLES}
 
 
-def strategy_in(found: Entry) -> Strategy:
+def _strategy_in(found: Entry) -> Strategy:
     """A strategy as a file of self-play has it.
 
     Raises:

@@ -1,25 +1,19 @@
-"""A self-play as a table, JSON and a figure, and its final strategies as trained policies."""
+"""A self-play as a table, JSON and a figure, and its final strategies as lines to play."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.errors import CommandError
 from cps_agents.league.bounds import Bounds, LeagueOutcome
 from cps_agents.league.report import stacked
-from cps_agents.league.self_play import MOST_STEPS, Profile, strategy_in
+from cps_agents.league.self_play import Profile
 from cps_agents.sheet import Sheet
-from cps_agents.zoo.card import Card
-from cps_agents.zoo.merging import without_places
-from cps_agents.zoo.mixing import save_mixture
-from cps_baselines.arena import Venue
-from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES, Role
 from cps_envs.registration import find_problem
@@ -86,6 +80,11 @@ def strategy_line(outcome: LeagueOutcome, role: Role) -> str:
     return f"The final {role} plays {shown}."
 
 
+def play_line(outcome: LeagueOutcome, role: Role) -> str:
+    """What plays a role's final strategy, in every command."""
+    return f"Play it: --{role} {shlex.quote(outcome.final[role].reference)}"
+
+
 def _unit(outcome: LeagueOutcome) -> str:
     return find_problem(outcome.game.venue.problem).unit or "return"
 
@@ -122,46 +121,3 @@ def _line(axes: Any, places: Any, found: Sequence[Estimate], label: str, color: 
     low = np.array([each.mean if each.low is None else each.low for each in found])
     high = np.array([each.mean if each.high is None else each.high for each in found])
     axes.errorbar(places, means, [means - low, high - means], label=label, color=color, marker="o", capsize=3)
-
-
-NAMES = {"attacker": "attack", "defender": "defense"}
-JUDGED = {"attacker": "secured", "defender": "conceded"}  # what says how good a role's strategy is
-RECORDED = ("mean", "low", "high", "seeds", "episodes")
-
-
-def ship_mixtures(result: Path, folder: Path) -> list[Card]:
-    """Write both final strategies of a `self-play.json` into a folder; returns their cards.
-
-    Raises:
-        CommandError: it is a folder.
-        DamagedFileError: it is no such file.
-    """
-    if result.is_dir():
-        raise CommandError(f"{result} is a folder: give {result / 'self-play.json'}")
-    found = read_entry(result, "result of `cps-envs self-play`", "Play it again.")
-    game, final, budget = found["game"]["venue"], found["final"], found["budget"]
-    venue = Venue(game["problem"].text(), game["preset"].text(), game["overrides"].plain())
-    facts = {"steps": budget["steps"].whole(0, MOST_STEPS), "cpu_s": budget["cpu_s"].number(0)}
-    folder.mkdir(parents=True, exist_ok=True)
-    cards = []
-    for role in ROLES:
-        strategy = strategy_in(final["profile"][role])
-        cards.append(
-            save_mixture(
-                folder / f"{find_problem(venue.problem).name}-{NAMES[role]}-mixture.json",
-                venue,
-                role,
-                dict(zip(strategy.policies, strategy.probabilities, strict=True)),
-                facts,
-                {"self-play": _judged(final["bounds"], JUDGED[role])},
-                without_places(found["command"].text()),
-            )
-        )
-    return cards
-
-
-def _judged(bounds: Entry, name: str) -> dict[str, Any]:
-    """What the role's strategy secures or concedes, and the gap of both, as rows of a card."""
-    titles = {name: f"{name}, against all policies found", "exploitability": "gap of both strategies"}
-    found = {title: bounds[each].plain() for each, title in titles.items()}
-    return {title: {"metric": "return", **{key: each[key] for key in RECORDED}} for title, each in found.items()}

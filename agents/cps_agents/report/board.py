@@ -23,7 +23,6 @@ from cps_agents.errors import CommandError, explain
 from cps_agents.league.league import League, check_anybody, line_up, standings
 from cps_agents.league.meetings import LeftOut, payoffs_of
 from cps_agents.report.replay import Take
-from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.references import PREFIX, card_of, is_missing
 from cps_baselines.arena import Contestant
 from cps_baselines.workers import Workers
@@ -165,9 +164,6 @@ def _training(reference: str) -> str:
     if card is None:
         return ""
     opponent = f"`{card.opponent}`" if len(card.opponent) <= LONGEST_NAME else "a mixture of opponents"
-    if card.head == MIXTURE:
-        several = "policies" if len(card.numbers) > 1 else "policy"
-        return f"Plays {len(card.numbers)} {several}, found by {card.algorithm} from preset `{card.preset}`."
     return f"Trained by {card.algorithm} against {opponent}, from preset `{card.preset}`."
 
 

@@ -13,10 +13,8 @@ from cps_envs.core.types import ROLES
 
 FORMAT = 1
 SHIPPED = Path(__file__).with_name("policies")  # what comes with the package
-PARTS = "parts"  # folder of the policies that only mixtures play
-MIXTURE = "mixture"
 NETWORKS = ("gaussian", "discrete")  # heads of networks
-HEADS = (*NETWORKS, "family", MIXTURE)
+HEADS = (*NETWORKS, "family")
 MOST_BYTES = 2**20  # of a card
 REMEDY = "Train or download it again."
 MOST_VALUES = 10**6  # of an observation, or choices of an action
@@ -47,7 +45,7 @@ class Card:
     overrides: Mapping[str, Any]  # of the preset, while training
     recipe: Mapping[str, Any]  # every knob
     activation: str
-    head: str  # gaussian: clipped means; discrete: logits, one after the other; family; or mixture
+    head: str  # gaussian: clipped means; discrete: logits, one after the other; or family
     decentralised: bool  # plays each agent of the role's team with the same network
     hold: int  # decisions that an action is kept for
     observation_size: int  # of the role, or of one agent of its team
@@ -58,7 +56,7 @@ class Card:
     versions: Mapping[str, str]  # of the packages
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
     family: str = ""  # of policies of which this is one, see `cps_baselines.family`; empty for networks
-    numbers: tuple[str, ...] = ()  # their names, where it is of a family; of a mixture, the references of its policies
+    numbers: tuple[str, ...] = ()  # their names, where it is of a family
     wiring: Mapping[str, Any] = field(default_factory=dict, repr=False)  # of a network, see `zoo.wired`
     weights: str = ""  # SHA-256 of the file with the weights, which ties it to the card; `save` fills it in
     format: int = FORMAT
@@ -86,8 +84,8 @@ class Card:
         named = all(type(name) is str for name in self.numbers) and len(set(self.numbers)) == len(self.numbers)
         if not named or len(self.numbers) > MOST_NUMBERS:
             raise ValueError("the numbers have to have names, each its own")
-        if (self.head == "family") != bool(self.family) or (self.head in ("family", MIXTURE)) != bool(self.numbers):
-            raise ValueError("a policy of a family, or a mixture, and no other, has numbers with names")
+        if not (self.head == "family") == bool(self.family) == bool(self.numbers):
+            raise ValueError("a policy of a family, and no other, has numbers with names")
 
     def to_json(self) -> dict[str, Any]:
         """The card as plain data; a judgement or a wiring that it does not have is left out."""

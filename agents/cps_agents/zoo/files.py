@@ -14,7 +14,7 @@ from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
 from cps_agents.files import alone_at, replacing, write_json
-from cps_agents.zoo.card import PARTS, REMEDY, SHIPPED, Card, read_card
+from cps_agents.zoo.card import REMEDY, SHIPPED, Card, read_card
 from cps_agents.zoo.network import Network, check_fit, network_of
 from cps_agents.zoo.numbers import NamedNumbers, numbers_of
 from cps_envs.core.documents import read_bytes
@@ -39,7 +39,7 @@ def find(name: str) -> Path:
         UnknownNameError: there is none.
     """
     path = Path(name)
-    if name in shipped_names() or (path.parent == Path(PARTS) and path.name in shipped_names(SHIPPED / PARTS)):
+    if name in shipped_names():
         return SHIPPED / f"{name}.json"
     if path.suffix in (".json", ".safetensors") and path.with_suffix(".json").is_file():
         return path.with_suffix(".json")

@@ -5,9 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.files import find, load
-from cps_agents.zoo.mixing import mixed
 from cps_agents.zoo.numbers import NamedNumbers, member
 from cps_agents.zoo.wired import WiredPolicy, wired_policy
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
@@ -31,8 +29,6 @@ def trained(
         ConfigurationError: the policy does not fit the role.
     """
     card, network = load(find(name), seed, untrained=untrained)
-    if isinstance(network, NamedNumbers) and card.head == MIXTURE:
-        return mixed(spec, card, network)
     if isinstance(network, NamedNumbers):
         return member(spec, card, network)
     sampled = None if deterministic is None else not deterministic

@@ -8,14 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from cps_agents.zoo.card import MIXTURE, Card, read_card
+from cps_agents.zoo.card import Card, read_card
 from cps_agents.zoo.files import find, read_pair
 from cps_envs.core.declare.config import form_fields
-from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
 
 PREFIX, SB3 = "zoo:", "sb3:"
-MOST_FILES = 1000  # that one reference may lead to
 NAMED = re.compile(r'zoo:([^?"&,\]]+)')  # also inside mixture?policies=["zoo:..."]
 TRAINED = re.compile(r'(^|")(zoo|sb3):')
 
@@ -63,27 +62,13 @@ def is_missing(reference: str) -> bool:
 
 
 def weights_of(reference: str) -> dict[str, str]:
-    """Hashes of the trained policies in a reference, weights and how they play: results hold as long as these stay.
-
-    Raises:
-        ConfigurationError: cards lead to too many others.
-    """
+    """Hashes of the trained policies in a reference, weights and how they play: results hold as long as these stay."""
     found: dict[str, str] = {}
-    waiting, seen = [reference], set()
-    while waiting:
-        for name in NAMED.findall(waiting.pop()):
-            if name in seen:
-                continue
-            seen.add(name)
-            if len(seen) > MOST_FILES:
-                raise ConfigurationError(f"more than {MOST_FILES} trained policies are behind one name, {name!r} too")
-            if not _exists(name):
-                continue
-            card, data = read_pair(find(name))
-            digest = hashlib.sha256(data)
-            digest.update(repr(replace(card, evaluation={}, command="", versions={})).encode())
-            found[name] = digest.hexdigest()[:16]
-            waiting += card.numbers if card.head == MIXTURE else ()
+    for name in filter(_exists, dict.fromkeys(NAMED.findall(reference))):
+        card, data = read_pair(find(name))
+        digest = hashlib.sha256(data)
+        digest.update(repr(replace(card, evaluation={}, command="", versions={})).encode())
+        found[name] = digest.hexdigest()[:16]
     return found
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Mapping
 from functools import lru_cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
@@ -31,8 +29,6 @@ BUILT_IN = {  # for every role of every problem
     "random": "cps_envs.core.policies.uniform:Uniform",  # where no registered policy has this name
 }
 NEED_OPTIONS = ("always", "mixture")  # of these; without options they are nothing
-MOST_INSIDE = 256  # look-ups while the policies of one card are found
-_left: ContextVar[Iterator[int] | None] = ContextVar("left", default=None)
 SHOWN = 80  # characters of a policy that is described in an error
 PolicyReference: TypeAlias = str | Policy
 
@@ -87,28 +83,6 @@ def _fault(entry: EntryPoint, error: Exception, missing: str | None) -> str:
     return f"the module has no {entry.attr!r}. {near(entry.attr, known)} {remedy}"
 
 
-@contextmanager
-def within_budget(what: str) -> Iterator[None]:
-    """While the policies that a text of unknown origin names are looked up: so many at most, and no such text inside.
-
-    Raises:
-        ConfigurationError: such a text is inside another one, or it names too many policies.
-    """
-    if _left.get() is not None:
-        raise ConfigurationError(f"a policy of a mixture is a mixture itself: {_short(what)}")
-    token = _left.set(iter(range(MOST_INSIDE)))
-    try:
-        yield
-    finally:
-        _left.reset(token)
-
-
-def _count() -> None:
-    left = _left.get()
-    if left is not None and next(left, None) is None:
-        raise ConfigurationError(f"a mixture of a trained policy names more than {MOST_INSIDE} policies")
-
-
 def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -> Policy:
     """The policy that a reference names.
 
@@ -130,7 +104,6 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
         ConfigurationError: the policy is for another role or problem, or has other spaces; or it has no such options,
             or they are malformed or do not fit it.
     """
-    _count()
     if not isinstance(reference, str):
         return _checked(reference, shown(reference), spec, options)
     name, _, query = reference.partition("?")
