@@ -24,6 +24,9 @@ LIGHT := $(VENV)/.installed-light
 ALL := $(VENV)/.installed-all
 BROWSER := $(VENV)/.installed-browser
 
+ZOO := agents/cps_agents/zoo/policies
+DRY_RUN := $(findstring --dry-run,$(ARGS))
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
@@ -59,9 +62,14 @@ screenshots: $(BROWSER) demo ## pictures of the report for the site, into docs/i
 demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
 	$(BIN)/cps-envs report --quick --episodes 20 --out build/extra/demo
 
-train: $(ALL) ## make every shipped policy anew (hours; goes on where it stopped); ARGS=--dry-run lists the work
-	$(BIN)/python -m tools.remake --out runs --to agents/cps_agents/zoo/policies $(ARGS)
-	$(BIN)/python -m tools.pages
+train: $(ALL) ## make every shipped network anew (hours; goes on where it stopped); ARGS=--dry-run lists the commands
+	@sed -n 's/^  "command": "\(cps-envs .*\)",$$/\1/p' $(ZOO)/*.json | sort -ru | while read -r command; do \
+		set -- $$command; \
+		case $$2 in train) to="--out runs --to $(ZOO)";; *) to="--out runs/$$2-$$3";; esac; \
+		echo "$$command --resume $$to"; \
+		$(if $(DRY_RUN),,eval "$(BIN)/$$command --resume $$to $(ARGS)" < /dev/null || exit 1;) \
+	done
+	$(if $(DRY_RUN),,$(BIN)/python -m tools.pages)
 
 lint: style types ## check style, format and types
 

@@ -20,7 +20,6 @@ from cps_baselines.interruption import ending, exit_code
 
 WRONG_INPUT = 2
 HELP = {"help_option_names": ["-h", "--help"]}
-GOING_ON = ("certify", "remake")  # from their files, beside commands that have --resume or --fresh
 
 
 @dataclass(frozen=True)
@@ -182,7 +181,7 @@ def advice(command: Any) -> str:
     options = {parameter.name for parameter in command.params} if command is not None else set()
     if "resume" in options:
         return "Finished work is kept: the same command with --resume continues."
-    goes_on = "fresh" in options or (command is not None and command.name in GOING_ON)
+    goes_on = "fresh" in options or (command is not None and command.name == "certify")
     return "Finished work is kept: the same command continues." if goes_on else ""
 
 
