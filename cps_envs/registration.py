@@ -80,7 +80,7 @@ def learning_env(name: str, num_envs: int | None = None, **options: Any) -> Lear
     return LearningVectorEnv(problem, role, num_envs, **options)
 
 
-def register() -> None:
+def register_all() -> None:
     """Register every id that is not registered yet."""
     for problem in PROBLEMS.values():
         core.register(problem, f"cps_envs.{problem.name}_v{problem.version}")

@@ -22,10 +22,8 @@ from torch import Tensor, nn
 from torch.distributions import Categorical, Normal
 
 import cps_envs
-from cps_agents.zoo.own import save_network
-from cps_envs.core.game.play import play_episodes
-from cps_envs.core.learning.learning_env import LearningVectorEnv
-from cps_envs.core.learning.wiring import WiredBox
+from cps_agents import save_network
+from cps_envs import LearningVectorEnv, WiredBox, play_episodes
 
 PPO = {"n_steps": 64, "batch_size": 4096, "n_epochs": 4, "learning_rate": 1e-3, "gamma": 0.99, "gae_lambda": 0.95}
 

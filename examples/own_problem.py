@@ -20,52 +20,66 @@ import numpy as np
 from gymnasium import spaces
 
 import cps_envs
-from cps_baselines.searches import Searches, SearchSpace
-from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, pack, records, unpack, view
-from cps_envs.core.declare.config import Range, bounds, quantity, validate
-from cps_envs.core.declare.fields import Field, Fields, encode_row
-from cps_envs.core.game.game import Game
-from cps_envs.core.game.play import play_episodes
-from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.forms import declare
-from cps_envs.core.interfaces.registration import register
-from cps_envs.core.picture.viewer import CanvasViewer
-from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
-from cps_envs.core.policies.seen import Seen
-from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role, State
+from cps_baselines import SearchSpace
+from cps_envs import (
+    AnalyticPolicy,
+    CanvasViewer,
+    Field,
+    Fields,
+    Game,
+    Problem,
+    RoleSpec,
+    Seen,
+    borrowed,
+    clip,
+    config,
+    declare,
+    encode_row,
+    inlined,
+    kernel,
+    pack,
+    play_episodes,
+    records,
+    register,
+    types,
+    unpack,
+    view,
+)
 
 AREA_M2, OUTLET_M2, PUMP_M3PS, TWICE_GRAVITY, STEPS_PER_SECOND = 0.1, 0.002, 0.02, 19.62, 10
-Moves = tuple[Array, ...]  # the attacker's bias (B, 1) in [-1, 1]; the defender's choice (B,), 0 to believe
+Moves = tuple[types.Array, ...]  # the attacker's bias (B, 1) in [-1, 1]; the defender's choice (B,), 0 to believe
 
 
 @dataclass(frozen=True)
 class TankConfig:
     """Every number with its unit, its bounds and its source. A ranged one may be a pair, from which resets draw."""
 
-    duration_s: int = quantity(120, unit="s", low=10, high=3600, source="chosen")
-    set_point_m: Range = quantity(1.0, unit="m", low=0.5, high=1.1, source="chosen", ranged=True)
-    leak_m2: Range = quantity(0.0002, unit="m2", low=0, high=0.001, source="chosen; unknown to the model", ranged=True)
-    height_m: float = quantity(1.25, unit="m", low=1.2, high=5, source="chosen")
-    gain_per_m: float = quantity(4.0, unit="1/m", low=0, high=100, source="chosen: of the valve")
-    correction_per_s: float = quantity(0.5, unit="1/s", low=0, high=5, source="chosen: of the observer")
-    max_bias_m: float = quantity(0.3, unit="m", low=0, high=1, source="chosen: the attacker's reach")
-    flood_fee_ms: float = quantity(30.0, unit="m s", low=0, high=1000, source="chosen: price of an overflow")
+    duration_s: int = config.quantity(120, unit="s", low=10, high=3600, source="chosen")
+    set_point_m: config.Range = config.quantity(1.0, unit="m", low=0.5, high=1.1, source="chosen", ranged=True)
+    leak_m2: config.Range = config.quantity(
+        0.0002, unit="m2", low=0, high=0.001, source="chosen; unknown to the model", ranged=True
+    )
+    height_m: float = config.quantity(1.25, unit="m", low=1.2, high=5, source="chosen")
+    gain_per_m: float = config.quantity(4.0, unit="1/m", low=0, high=100, source="chosen: of the valve")
+    correction_per_s: float = config.quantity(0.5, unit="1/s", low=0, high=5, source="chosen: of the observer")
+    max_bias_m: float = config.quantity(0.3, unit="m", low=0, high=1, source="chosen: the attacker's reach")
+    flood_fee_ms: float = config.quantity(30.0, unit="m s", low=0, high=1000, source="chosen: price of an overflow")
 
     def __post_init__(self) -> None:
-        validate(self)
+        config.validate(self)
 
 
 class Tanks(NamedTuple):
     """The state: arrays with a leading axis of B environments."""
 
-    step: IntArray  # (B,) integration steps done
-    level: FloatArray  # (B,) m
-    estimate: FloatArray  # (B,) m, the observer's
-    reading: FloatArray  # (B,) m, what the sensor says
-    valve: FloatArray  # (B,) opening, 0 to 1
-    set_point: FloatArray  # (B,) m, drawn at the start of an episode
-    leak: FloatArray  # (B,) m2, drawn
-    flooded: BoolArray  # (B,) ended by running over
+    step: types.IntArray  # (B,) integration steps done
+    level: types.FloatArray  # (B,) m
+    estimate: types.FloatArray  # (B,) m, the observer's
+    reading: types.FloatArray  # (B,) m, what the sensor says
+    valve: types.FloatArray  # (B,) opening, 0 to 1
+    set_point: types.FloatArray  # (B,) m, drawn at the start of an episode
+    leak: types.FloatArray  # (B,) m2, drawn
+    flooded: types.BoolArray  # (B,) ended by running over
 
 
 class Rules(NamedTuple):
@@ -88,7 +102,13 @@ class Metrics(NamedTuple):
 
 @kernel
 def step(
-    tanks: Tanks, rules: Array, moves: Moves, envs: BoolArray, seconds: int, scores: Array, paid: FloatArray
+    tanks: Tanks,
+    rules: types.Array,
+    moves: Moves,
+    envs: types.BoolArray,
+    seconds: int,
+    scores: types.Array,
+    paid: types.FloatArray,
 ) -> None:
     """Move the marked tanks (B,) by whole seconds, and write what the attacker is paid (B,)."""
     r, (bias, choice) = unpack(Rules, rules, 0), moves
@@ -133,7 +153,14 @@ def tank_fields(config: TankConfig) -> Fields:
 
 
 @kernel
-def observe(tanks: Tanks, rules: Array, true: bool, offsets: Array, scale: FloatArray, encoded: Observation) -> None:
+def observe(
+    tanks: Tanks,
+    rules: types.Array,
+    true: bool,
+    offsets: types.Array,
+    scale: types.FloatArray,
+    encoded: types.Observation,
+) -> None:
     """Fill the observations (B, size) of a role."""
     at, row, r = offsets[0], np.empty(scale.shape[1]), unpack(Rules, rules, 0)
     for b in range(encoded.shape[0]):
@@ -165,33 +192,35 @@ class TankGame(Game):
         self.rules = pack(Rules(**{name: getattr(config, name) for name in Rules._fields}))
         self.neutral = {role: np.array([action] * num_envs) for role, action in self.neutral_action.items()}
 
-    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+    def _reset(self, envs: types.BoolArray, generators: Sequence[np.random.Generator]) -> None:
         for array in (*self.tanks, self.scores):
             array[envs] = 0
         for b in np.flatnonzero(envs).tolist():
-            self.tanks.set_point[b] = generators[b].uniform(*bounds(self.config.set_point_m))
-            self.tanks.leak[b] = generators[b].uniform(*bounds(self.config.leak_m2))
+            self.tanks.set_point[b] = generators[b].uniform(*config.bounds(self.config.set_point_m))
+            self.tanks.leak[b] = generators[b].uniform(*config.bounds(self.config.leak_m2))
         for level in (self.tanks.level, self.tanks.estimate, self.tanks.reading):
             level[envs] = self.tanks.set_point[envs]
 
-    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
-        moves = tuple(actions.get(role, self.neutral[role]) for role in ROLES)
+    def _advance(
+        self, actions: Mapping[types.Role, types.Array], envs: types.BoolArray, num_steps: int
+    ) -> types.FloatArray:
+        moves = tuple(actions.get(role, self.neutral[role]) for role in types.ROLES)
         given, paid = (num_steps, self.scores), np.zeros(self.num_envs)
         self.threads.run(lambda mine: step(self.tanks, self.rules, moves, mine, *given, paid), envs, num_steps)
         return paid
 
-    def observe(self, role: Role) -> Observation:
+    def observe(self, role: types.Role) -> types.Observation:
         """See `tank_fields`."""
         fields = self.fields[role]
         encoded = np.empty((self.num_envs, fields.size), np.float32)
         observe(self.tanks, self.rules, role == "attacker", fields.offsets, fields.scale, encoded)
         return encoded
 
-    def metrics(self) -> dict[str, Array]:
+    def metrics(self) -> dict[str, types.Array]:
         """`Metrics` so far, each (B,)."""
         return {name: self.scores[name] for name in Metrics._fields}
 
-    def scene(self, b: int) -> FloatArray:
+    def scene(self, b: int) -> types.FloatArray:
         """What the viewer draws: level, estimate, set-point and height, m."""
         tanks = self.tanks
         return np.array([tanks.level[b], tanks.estimate[b], tanks.set_point[b], self.config.height_m])
@@ -202,7 +231,7 @@ class Viewer(CanvasViewer):
 
     size = (240, 240)
 
-    def draw(self, scene: FloatArray) -> None:
+    def draw(self, scene: types.FloatArray) -> None:
         """Draw a scene on the canvas."""
         canvas = self._canvas
         level, estimate, set_point, height = (200 * scene / scene[-1]).tolist()
@@ -220,7 +249,7 @@ class Bias(AnalyticPolicy):
         super().__init__(spec)
         self.rise_s = rise_s  # until the bias is as large as it can be
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: types.State) -> tuple[types.Array, types.State]:
         """The bias (B, 1)."""
         gone_s = self.spec.config.duration_s - seen["time_left_s"]
         return -np.minimum((gone_s + 1.0) / self.rise_s, 1.0)[:, np.newaxis], state
@@ -233,13 +262,15 @@ class Doubt(AnalyticPolicy):
         super().__init__(spec)
         self.threshold_m = threshold_m
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: types.State) -> tuple[types.Array, types.State]:
         """The choice (B,)."""
         return (np.abs(seen["level"] - seen["estimate"]) > self.threshold_m).astype(np.int64), state
 
 
-PLAYERS: Mapping[Role, str] = {"attacker": f"{__name__}:Bias", "defender": f"{__name__}:Doubt"}
-SEARCHES: Searches = {  # numbers that `cps-envs best-response --oracle search` may change, and their ranges
+PLAYERS: Mapping[types.Role, str] = {"attacker": f"{__name__}:Bias", "defender": f"{__name__}:Doubt"}
+SEARCHES: Mapping[
+    types.Role, tuple[SearchSpace, ...]
+] = {  # numbers that `cps-envs best-response --oracle search` may change, and their ranges
     "attacker": (SearchSpace("bias", PLAYERS["attacker"], {"rise_s": (1.0, 60.0)}),),
     "defender": (SearchSpace("doubt", PLAYERS["defender"], {"threshold_m": (0.0, 0.5)}),),
 }
@@ -271,7 +302,7 @@ def main() -> None:
     attackers, defenders = ("none", "Bias", "Bias?rise_s=60"), ("none", "Doubt", "Doubt?threshold_m=0.02")
     for attacker, defender in product(attackers, defenders):
         names = [name if name == "none" else f"{__name__}:{name}" for name in (attacker, defender)]
-        players: dict[Role, str] = {"attacker": names[0], "defender": names[1]}
+        players: dict[types.Role, str] = {"attacker": names[0], "defender": names[1]}
         found = play_episodes(TANK, TANK.presets["learning"], players, range(32))
         print(f"{attacker:>14} against {defender:<22} {found['return'].mean():5.1f} m s")
 

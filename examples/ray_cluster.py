@@ -19,15 +19,7 @@ from typing import Any
 
 import ray
 
-from cps_agents.arena.meeting import attempt
-from cps_agents.arena.store import Store
-from cps_agents.league.league import asked, line_up
-from cps_agents.learning.learner import learn
-from cps_agents.learning.recipe import Recipe, changed
-from cps_agents.learning.run import TrainingJob
-from cps_agents.recipes.finding import find_recipe
-from cps_baselines.arena import Venue
-from cps_baselines.workers import Workers
+from cps_agents import Recipe, Store, TrainingJob, Venue, Workers, asked, attempt, changed, find_recipe, learn, line_up
 
 
 def spread(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tuple[Any, Any]]:

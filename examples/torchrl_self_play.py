@@ -26,12 +26,9 @@ from torchrl.collectors import Collector
 from torchrl.modules import ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss, ValueEstimators
 
+from cps_agents import save_network
 from cps_agents.torchrl import DuelEnv
-from cps_agents.zoo.own import save_network
-from cps_envs import find_problem
-from cps_envs.core.game.play import play_episodes
-from cps_envs.core.learning.wiring import WiredBox
-from cps_envs.core.types import ROLES, Role
+from cps_envs import WiredBox, find_problem, play_episodes, types
 
 NEVER = -1e9  # logit of what is no choice
 HORIZON = 20  # decisions over which rewards add up; chosen, of the order of what gamma and lambda look ahead
@@ -101,7 +98,7 @@ def distribution(choices: tuple[int, ...]) -> Any:
     return joint
 
 
-def learner(env: DuelEnv, role: Role, args: Args) -> ClipPPOLoss:
+def learner(env: DuelEnv, role: types.Role, args: Args) -> ClipPPOLoss:
     """Policy and value function of a role, whose agents share them, and the loss of both."""
     space = env.sides[role].single_observation_space
     seen, logits, action, likelihood = (role, "observation"), (role, "logits"), (role, "action"), (role, "likelihood")
@@ -123,7 +120,7 @@ def learner(env: DuelEnv, role: Role, args: Args) -> ClipPPOLoss:
     return loss
 
 
-def prepare(data: TensorDictBase, losses: dict[Role, ClipPPOLoss], scale: dict[Role, float]) -> None:
+def prepare(data: TensorDictBase, losses: dict[types.Role, ClipPPOLoss], scale: dict[types.Role, float]) -> None:
     """Give each agent the end of its episode, divide rewards by the size they had first, and estimate advantages."""
     for role, loss in losses.items():
         reward = data["next", role, "reward"]
@@ -137,10 +134,10 @@ def prepare(data: TensorDictBase, losses: dict[Role, ClipPPOLoss], scale: dict[R
             )
 
 
-def judge(env: DuelEnv, losses: dict[Role, ClipPPOLoss], args: Args) -> dict[Role, float]:
+def judge(env: DuelEnv, losses: dict[types.Role, ClipPPOLoss], args: Args) -> dict[types.Role, float]:
     """What is paid to the attacker when each side plays a fixed opponent; kept in `args.out` along the way."""
     problem, paid = find_problem(args.problem), {}
-    for role, other in zip(ROLES, reversed(ROLES), strict=True):
+    for role, other in zip(types.ROLES, reversed(types.ROLES), strict=True):
         side, logits = env.sides[role], losses[role].actor_network.module[0].module
         layers = [(each.weight.detach(), each.bias.detach()) for each in logits.network if isinstance(each, nn.Linear)]
         name = save_network(f"{args.out}/{args.problem}-{role}", side, layers, stickiness=logits.stickiness)
@@ -155,13 +152,13 @@ def train(args: Args) -> list[tuple[float, float, float]]:
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)
     env = DuelEnv(args.problem, args.num_envs, args.frame_skip, seed=args.seed)
-    losses = {role: learner(env, role, args) for role in ROLES}
+    losses = {role: learner(env, role, args) for role in types.ROLES}
     optimizers = {
         role: torch.optim.Adam(loss.parameters(), args.learning_rate, eps=1e-5) for role, loss in losses.items()
     }
     policy = TensorDictSequential(*(loss.actor_network for loss in losses.values()))
     frames = args.num_envs * args.num_steps
-    rows, scale = [(0.0, *judge(env, losses, args).values())], dict[Role, float]()
+    rows, scale = [(0.0, *judge(env, losses, args).values())], dict[types.Role, float]()
     report(args, rows[-1])
     cpu_s, began = 0.0, time.process_time()
     for data in Collector(env, policy, frames_per_batch=frames, total_frames=-1, auto_register_policy_transforms=False):
@@ -189,7 +186,7 @@ def train(args: Args) -> list[tuple[float, float, float]]:
 def report(args: Args, row: tuple[float, ...]) -> None:
     """One line of the table."""
     usual = find_problem(args.problem).opponents["learning"]
-    against = [usual[role].partition("?")[0] for role in reversed(ROLES)]
+    against = [usual[role].partition("?")[0] for role in reversed(types.ROLES)]
     if row[0] == 0:
         print("paid to the attacker in episodes")
         print(f" CPU s   learned attacker against {against[0]}   learned defender against {against[1]}")
@@ -204,7 +201,7 @@ def draw(args: Args, rows: list[tuple[float, ...]]) -> None:
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 2, figsize=(9, 3.5), layout="constrained")
-    for place, role in enumerate(ROLES):
+    for place, role in enumerate(types.ROLES):
         axes[place].plot([row[0] for row in rows], [row[1 + place] for row in rows], marker="o")
         axes[place].set(title=f"learned {role}", xlabel="CPU seconds", ylabel="paid to the attacker", ylim=(0, None))
     figure.savefig(args.png)

@@ -1,18 +1,59 @@
-"""Learners, trained policies, and the means to judge them."""
+"""Learners, trained policies, and the means to judge them.
 
-from __future__ import annotations
+`__all__` is the public interface; what is behind it loads when it is first asked for. `sb3` and `torchrl` are modules
+that need the library of this name.
+"""
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cps_agents.scoring.score import Score
+    from cps_agents import sb3 as sb3
+    from cps_agents import torchrl as torchrl
+    from cps_agents.arena.meeting import attempt as attempt
+    from cps_agents.arena.store import Store as Store
+    from cps_agents.datasets import dataset_name as dataset_name
+    from cps_agents.datasets import write_dataset as write_dataset
+    from cps_agents.league.league import asked as asked
+    from cps_agents.league.league import line_up as line_up
+    from cps_agents.league.strategy import mix as mix
+    from cps_agents.learning.learner import learn as learn
+    from cps_agents.learning.recipe import Recipe as Recipe
+    from cps_agents.learning.recipe import changed as changed
+    from cps_agents.learning.run import TrainingJob as TrainingJob
+    from cps_agents.recipes.finding import find_recipe as find_recipe
+    from cps_agents.scoring.score import score as score
+    from cps_agents.zoo.own import save_network as save_network
+    from cps_baselines.arena import Venue as Venue
+    from cps_baselines.workers import Workers as Workers
+
+HOMES = {  # name -> module, or module:attribute
+    "sb3": "cps_agents.sb3",
+    "torchrl": "cps_agents.torchrl",
+    "score": "cps_agents.scoring.score:score",
+    "save_network": "cps_agents.zoo.own:save_network",
+    "write_dataset": "cps_agents.datasets:write_dataset",
+    "dataset_name": "cps_agents.datasets:dataset_name",
+    "mix": "cps_agents.league.strategy:mix",
+    "learn": "cps_agents.learning.learner:learn",
+    "TrainingJob": "cps_agents.learning.run:TrainingJob",
+    "Recipe": "cps_agents.learning.recipe:Recipe",
+    "changed": "cps_agents.learning.recipe:changed",
+    "find_recipe": "cps_agents.recipes.finding:find_recipe",
+    "attempt": "cps_agents.arena.meeting:attempt",
+    "Store": "cps_agents.arena.store:Store",
+    "asked": "cps_agents.league.league:asked",
+    "line_up": "cps_agents.league.league:line_up",
+    "Venue": "cps_baselines.arena:Venue",
+    "Workers": "cps_baselines.workers:Workers",
+}
+__all__ = [*HOMES]
 
 
-def score(track: str, policy: Any, **options: Any) -> Score:
-    """A policy's score in a track such as "rogue-attack"; `policy` is a reference, or any object with `predict`.
-
-    `options` are those of `cps_agents.scoring.score.score`, such as `split="dev"` for a quick look.
-    """
-    from cps_agents.scoring.score import score as scored
-
-    return scored(track, policy, **options)
+def __getattr__(name: str) -> Any:
+    if name not in HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, _, attribute = HOMES[name].partition(":")
+    found = import_module(module)
+    globals()[name] = getattr(found, attribute) if attribute else found
+    return globals()[name]

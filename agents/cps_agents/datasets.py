@@ -32,7 +32,7 @@ ROOT = "MINARI_DATASETS_PATH"  # the variable by which Minari knows where datase
 NAMESPACE = "namespace_metadata.json"  # what makes a folder a namespace of Minari
 
 
-def name_of(
+def dataset_name(
     problem: Problem,
     preset: str,
     overrides: Mapping[str, Any],

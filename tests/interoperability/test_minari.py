@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_agents.datasets import name_of, write_dataset
+from cps_agents.datasets import dataset_name, write_dataset
 from cps_agents.errors import CommandError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.registration import find_problem
@@ -124,10 +124,10 @@ def test_names_tell_settings_apart() -> None:
         (fdi, "learning", {}, "attacker", players, range(6, 9)),
         (fdi, "learning", {}, "attacker", players, range(5, 9)),
     ]
-    names = {name_of(*each) for each in (usual, *others)}
+    names = {dataset_name(*each) for each in (usual, *others)}
     assert len(names) == 1 + len(others)
-    assert name_of(*usual) == name_of(*usual)
-    assert re.fullmatch(r"cps_envs/fdi/learning/attacker-tracker-cusum-[0-9a-f]{8}-v0", name_of(*usual))
+    assert dataset_name(*usual) == dataset_name(*usual)
+    assert re.fullmatch(r"cps_envs/fdi/learning/attacker-tracker-cusum-[0-9a-f]{8}-v0", dataset_name(*usual))
 
 
 def test_command() -> None:

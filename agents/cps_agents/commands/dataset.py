@@ -9,7 +9,7 @@ import typer
 
 from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Preset
 from cps_agents.console import assignments, err, note, print_json
-from cps_agents.datasets import name_of, write_dataset
+from cps_agents.datasets import dataset_name, write_dataset
 from cps_envs import find_problem
 from cps_envs.core.declare.seeds import TRAINING_START
 from cps_envs.core.types import Role
@@ -54,7 +54,7 @@ def dataset(
         "defender": defender or usual["defender"],
     }
     side: Role = "attacker" if role is RecordedRole.attacker else "defender"
-    dataset_id = name or name_of(found, preset, changes, side, players, range(seed, seed + episodes))
+    dataset_id = name or dataset_name(found, preset, changes, side, players, range(seed, seed + episodes))
     with err().status(f"playing {episodes} episodes"):
         made = write_dataset(found, side, players, preset, changes, range(seed, seed + episodes), dataset_id)
     steps = int(made.total_steps)

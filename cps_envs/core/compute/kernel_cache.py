@@ -13,6 +13,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
@@ -139,7 +140,7 @@ def source(module: str) -> bytes:
 
 @functools.cache
 def imports(module: str) -> tuple[str, ...]:
-    """What the top level of a module imports: modules, and names that may be modules."""
+    """What the top level of a module imports: modules, names that may be modules, and where names come from."""
     return tuple(_imported(source(module).decode("utf-8", "replace")))
 
 
@@ -149,4 +150,7 @@ def _imported(text: str) -> Iterator[str]:
             yield plain
         else:
             yield package
-            yield from (f"{package}.{name}" for name in re.findall(r"\w+", names))
+            for name in re.findall(r"\w+", names):
+                found = vars(sys.modules[package]).get(name) if package in sys.modules else None
+                yield found.__name__ if isinstance(found, ModuleType) else getattr(found, "__module__", package)
+                yield f"{package}.{name}"
