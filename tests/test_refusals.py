@@ -148,7 +148,7 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
         ("swing?swing_s=-1", {}, "swing_s"),
         *((name, {}, "exact front sensors") for name in ("oracle", "bnb", "lp_greedy")),
     ],
-    ("fdi", "attacker", "clip"): [("tracker", {}, "estimator")],
+    ("fdi", "attacker", "defense"): [("tracker", {}, "estimator")],
     ("fdi", "defender", "learning"): [
         *((name, {}, "exact sensors") for name in ("kinematic", "redundancy", "model")),
         ("chi2?gate=0", {}, "between 0 and 1"),

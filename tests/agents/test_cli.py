@@ -73,20 +73,3 @@ def test_faults_of_the_program_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -
 def test_values_of_set_are_json_or_text() -> None:
     given = ("a=1", "b=[0.1, 0.5]", "c=end", "d=true", "e=False", "f=x=y")
     assert assignments(given) == {"a": 1, "b": [0.1, 0.5], "c": "end", "d": True, "e": False, "f": "x=y"}
-
-
-def test_string_stability_prints_the_table_and_the_verdict(tmp_path: Path) -> None:
-    matplotlib_image = pytest.importorskip("matplotlib.image")
-    target = tmp_path / "stability.png"
-    printed = succeeded("reproduce", "string-stability", "--plot", str(target), columns=130).stdout
-    assert "1.688  0.150    42 s" in printed
-    assert "contradicts section 2.2.1" in printed
-    assert matplotlib_image.imread(target).shape[1] > 1000
-
-
-def test_string_stability_as_json() -> None:
-    document = json.loads(succeeded("reproduce", "string-stability", "--json").stdout)
-    assert len(document["peaks"]) == 14 * 5
-    (peak,) = (row for row in document["peaks"] if (row["vehicles_per_platoon"], row["tau_s"]) == (10, 0.1))
-    assert peak["gain"] == pytest.approx(1.69, abs=0.005)
-    assert document["stable_sizes"]["0.5"] == []

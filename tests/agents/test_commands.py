@@ -192,7 +192,6 @@ def test_json_is_all_that_is_on_stdout(
     ("arguments", "package", "extra"),
     [
         (("play", "disbanding", *SHORT, "--render", "film.png"), "imageio.v2", "render"),
-        (("reproduce", "string-stability", "--plot", "gain.png"), "matplotlib.figure", "baselines"),
         (("reproduce", "ch2", "--plot", "gains"), "matplotlib.figure", "baselines"),
         (("league", "rogue"), "scipy", "baselines"),
         (("train", "rogue-attack"), "torch", "train"),

@@ -7,8 +7,16 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from cps_paper.disbanding.string_stability import peak_gain, platoon_matrices, rear_to_rear_gain
-from cps_paper.disbanding.strings import Stability, analyse
+from cps_paper.disbanding.experiments import DisbandingEvidence
+from cps_paper.disbanding.string_stability import (
+    Stability,
+    analyse,
+    peak_gain,
+    platoon_matrices,
+    rear_to_rear_gain,
+    stability_data,
+    stability_tables,
+)
 
 K_P, K_D, HEADWAY_S = 1.0, 5.0, 1.5
 
@@ -84,3 +92,15 @@ def test_verdict_contradicts_the_text(stability: Stability) -> None:
     assert "contradicts section 2.2.1" in verdict
     assert "1.69 times" in verdict
     assert "1.82 times" in verdict
+
+
+def test_the_exhibit_has_every_length_and_lag_and_the_verdict() -> None:
+    (table,) = stability_tables(DisbandingEvidence())
+    assert len(table.rows) == 14
+    assert table.rows[8][:2] == ("10", "1.688  0.150    42 s")
+    document = stability_data(DisbandingEvidence())
+    assert len(document["peaks"]) == 14 * 5
+    (peak,) = (row for row in document["peaks"] if (row["vehicles_per_platoon"], row["tau_s"]) == (10, 0.1))
+    assert peak["gain"] == pytest.approx(1.69, abs=0.005)
+    assert document["stable_sizes"]["0.5"] == []
+    assert document["verdict"] == table.notes[0]

@@ -28,7 +28,6 @@ from cps_paper.chapter import Reproduction
 from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
 from cps_paper.commands.readings import ChapterReading, chosen, draw, readings, render, write_sheets
-from cps_paper.commands.string_stability import string_stability
 from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed
 from cps_paper.commands.summary import publish as put
 from cps_paper.evidence import Report as Told
@@ -213,4 +212,3 @@ for each in COMMANDS:
     app.command(each.name)(command_of(each))
 app.command("all")(everything)
 app.command("benchmark")(benchmark)
-app.command("string-stability")(string_stability)

@@ -28,6 +28,7 @@ from cps_paper.disbanding.played_tables import (
 )
 from cps_paper.disbanding.rules import CLAIMS, CONDITIONS, RULES
 from cps_paper.disbanding.scenario import ScenarioOutcome
+from cps_paper.disbanding.string_stability import draw_stability, stability_data, stability_tables
 from cps_paper.disbanding.strings import courses_tables
 from cps_paper.disbanding.summary import cells_of, closing
 from cps_paper.disbanding.tried import tried, tried_data, tried_tables
@@ -119,6 +120,14 @@ EXHIBITS: tuple[Exhibit[DisbandingEvidence], ...] = (
         DisbandingEvidence.figure_2_1,
         courses_tables,
         figures={"figure_2_1": plots.draw_2_1},
+    ),
+    Exhibit(
+        "stability",
+        "section 2.2.1: whether a disturbance grows from platoon to platoon",
+        lambda seen: (),
+        stability_tables,
+        stability_data,
+        figures={"string_stability": draw_stability},
     ),
     Exhibit(
         "2.3fig",

@@ -1,95 +1,18 @@
-"""Fig. 2.1 in numbers: courses of platoons, recovery of strings, stops and collisions under many attacks.
-
-String stability of the published gains, over the length of a platoon and the actuation lag, is a table and a plot.
-"""
+"""Fig. 2.1 in numbers: courses of platoons, recovery of strings, stops and collisions under many attacks."""
 
 from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from functools import lru_cache
-from typing import Any
-
-import numpy as np
 
 from cps_envs.disbanding.dynamics import STOP_MPS
 from cps_paper.disbanding.claims_2_1 import NEARLY_STOPPED_MPS
 from cps_paper.disbanding.experiments import STRINGS, TAUS_S, DisbandingEvidence
 from cps_paper.disbanding.rules import CLAIMS
 from cps_paper.disbanding.scenario import ScenarioCourse
-from cps_paper.disbanding.string_stability import Peak, peak_gain, rear_to_rear_gain
 from cps_paper.evidence import NotRunError
 from cps_paper.exhibit import Column, ExhibitTable
-from cps_paper.figures import add_legend, dress, marked_curves, new_figure, shades
 from cps_paper.verdicts import RECOVERY_RULE
-
-SIZES = tuple(range(2, 16))  # n
-LAGS_S = (0.1, 0.2, 0.3, 0.4, 0.5)
-PAPER_SIZE = 10
-SHOWN_SIZES = (2, 3, 5, 8, 10, 15)
-STABLE_GAIN = 1.0 + 1e-4  # the gain at frequency 0 is 1; above this a disturbance grows
-
-
-@dataclass(frozen=True)
-class Stability:
-    """Peak gains by (n, tau in s)."""
-
-    peaks: dict[tuple[int, float], Peak]
-
-    @property
-    def stable_sizes(self) -> dict[float, list[int]]:
-        """The n for which no disturbance grows, by tau."""
-        return {tau_s: [size for size in SIZES if self.peaks[size, tau_s].gain <= STABLE_GAIN] for tau_s in LAGS_S}
-
-    def verdict(self) -> str:
-        """What this says about section 2.2.1."""
-        found = [self.peaks[PAPER_SIZE, tau_s] for tau_s in (LAGS_S[0], LAGS_S[-1])]
-        if all(PAPER_SIZE in sizes for sizes in self.stable_sizes.values()):
-            return "No disturbance grows from platoon to platoon, as section 2.2.1 says."
-        stable = "; ".join(
-            f"tau {tau_s:g} s: {', '.join(map(str, sizes)) or 'none'}" for tau_s, sizes in self.stable_sizes.items()
-        )
-        return (
-            f'This contradicts section 2.2.1, where bidirectional control "is able to guarantee platoon string '
-            f"stability\". With the published gains and the paper's n = {PAPER_SIZE} the speed of a platoon's last "
-            f"vehicle swings up to {found[0].gain:.2f} times (tau {LAGS_S[0]:g} s) to {found[1].gain:.2f} times (tau "
-            f"{LAGS_S[-1]:g} s) as much as that of the platoon ahead, at periods of {found[0].period_s:.0f} s and "
-            f"{found[1].period_s:.0f} s, and grows by that factor from platoon to platoon until speeds reach their "
-            f"limits. The string is stable only for these n: {stable}."
-        )
-
-
-@lru_cache(maxsize=1)
-def analyse() -> Stability:
-    """All peaks."""
-    return Stability({(size, tau_s): peak_gain(size, tau_s) for size in SIZES for tau_s in LAGS_S})
-
-
-def draw(stability: Stability) -> Any:
-    """Gain over the period at the paper's lag, and peak gain over the number of vehicles."""
-    title = "Speed of a platoon's last vehicle against that of the platoon ahead (k_p = 1, k_d = 5, h = 1.5 s)"
-    figure = new_figure(11.0, 4.4, title)
-    left, right = figure.subplots(1, 2)
-    frequencies = np.geomspace(2 * np.pi / 1000.0, 2 * np.pi / 5.0, 600)
-    for size, color in zip(SHOWN_SIZES, shades(len(SHOWN_SIZES)), strict=True):
-        gains = rear_to_rear_gain(size, LAGS_S[0], frequencies)
-        left.semilogx(2 * np.pi / frequencies, gains, color=color, label=f"n = {size}")
-    title, x = f"Frequency response, tau = {LAGS_S[0]:g} s", "period of the disturbance / s"
-    dress(left, title, x, "gain, rear to rear vehicle", x_limits=(5, 1000))
-    left.set_xticks([5, 10, 20, 50, 100, 200, 500, 1000], ["5", "10", "20", "50", "100", "200", "500", "1000"])
-    left.minorticks_off()
-    peaks = {f"tau = {tau_s:g} s": [stability.peaks[size, tau_s].gain for size in SIZES] for tau_s in LAGS_S}
-    marked_curves(right, SIZES, peaks)
-    dress(right, "Peak gain", "vehicles per platoon n", "largest gain over all frequencies")
-    for axes in (left, right):
-        axes.axhline(1.0, color="0.3", linewidth=0.9, linestyle="--")
-        axes.set_ylim(0)
-        add_legend(axes)
-    right.annotate(
-        "string-stable up to this line", (SIZES[-1], 1.0), (0, -12), textcoords="offset points", ha="right", fontsize=8
-    )
-    return figure
-
 
 SHOWN = (20, 19, 15, 10, 1)  # platoons in the legends of Figs. 2.1a-c
 RECOVERY_CLAIMS = ("P13", "P15", "P16")
@@ -221,9 +144,8 @@ STRING_COLUMNS = (
     Column("paper", "paper_min", "{:g} min"),
 )
 STRING_NOTE = (
-    f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one "
-    "(`cps-envs reproduce string-stability`): disturbances grow from platoon to platoon, so that a long string need "
-    "not settle."
+    f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one (part stability): disturbances "
+    "grow from platoon to platoon, so that a long string need not settle."
 )
 OTHER_COLUMNS = (
     Column("tau", "tau_s", "{:g} s"),
