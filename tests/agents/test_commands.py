@@ -49,6 +49,8 @@ REFUSED = [
     (("reproduce", "benchmark", "disbanding", "--attacker", "leed"), "Did you mean 'lead'?"),
     (("reproduce", "benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
     (("warm", "--problem", "rouge"), "Did you mean 'rogue'?"),
+    (("league", "hvac", "--preset", "learnin"), "learnin"),
+    (("train", "hvac-attack", "--algo", "cma-e"), "cma-e"),
     *(
         (("certify", "--preset", "paper", "--out", "none.json", *wrong), remedy)
         for *wrong, remedy in (

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from threading import Barrier, Event, Thread, main_thread
 from typing import Any
@@ -24,17 +23,14 @@ from tools.reliability import chunk as chunk_module
 from tools.reliability import determinism
 from tools.reliability.__main__ import reliability
 from tools.reliability.child import StoppedError, run_chunk
-from tools.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
+from tools.reliability.chunk import PARTS, Chunk, Part, Result, find_part, stamp
 from tools.reliability.document import document, markdown, publish
 from tools.reliability.faults.comparing import damaged, differing
 from tools.reliability.faults.jobs import JOBS, warm_up
 from tools.reliability.faults.part import Trials
-from tools.reliability.fuzz import actions, configurations, files, misspelt
+from tools.reliability.fuzz import configurations, files
 from tools.reliability.fuzz.judging import Tally, is_refusal
 from tools.reliability.journal import Journal, read_journal
-from tools.reliability.mutation.mutants import draw
-from tools.reliability.mutation.part import equivalents
-from tools.reliability.mutation.targets import TARGETS
 from tools.reliability.store import Store
 from tools.reliability.suite import run_parts
 
@@ -62,19 +58,6 @@ def part_of(*counts: dict[str, int]) -> Part:
     return Part("toy", "Toys", "About.", {"tried": "tried", "bad": "bad"}, frozenset({"bad"}), lambda: rows, run)
 
 
-@pytest.mark.parametrize("number", range(4))
-def test_actions_of_every_kind_are_played_or_refused(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(actions, "SINGLE", 300)
-    monkeypatch.setattr(actions, "PARALLEL", 100)
-    monkeypatch.setattr(actions, "BATCHES", 10)
-    tally = Tally(Chunk("fuzz", "slice", number), Journal())
-    for trial in (actions.single, actions.parallel, actions.vector):
-        trial(Chunk("fuzz", "slice", number), tally)
-    assert not tally.examples
-    assert tally.counts["inputs"] > 1000
-    assert tally.counts["refused"] > 50
-
-
 def test_edited_results_are_never_taken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(files, "CELLS", 100)
@@ -89,26 +72,6 @@ def test_configurations_are_played_or_refused(number: int, monkeypatch: pytest.M
     tally = Tally(Chunk("fuzz", "slice", number), Journal())
     configurations.configurations(Chunk("fuzz", "slice", number), tally)
     assert not tally.examples
-
-
-def test_every_command_refuses_a_misspelt_word(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
-    tally = Tally(Chunk("fuzz", "slice"), Journal())
-    misspelt.misspelt(Chunk("fuzz", "slice"), tally)
-    assert not tally.examples
-    assert tally.counts["refused"] > 380  # a word of each command and option
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("league", "hvac", "--preset", "learnin"),
-        ("train", "hvac-attack", "--algo", "cma-e"),
-    ],
-)
-def test_a_misspelt_value_is_named(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert words[3] in refusal(*words)
 
 
 def test_the_same_process_gives_the_same_hashes() -> None:
@@ -301,31 +264,6 @@ def test_every_part_has_pieces_of_its_own() -> None:
         assert names
         assert len(set(names)) == len(names)
         assert part.forbidden <= set(part.columns) | {"crash", "hang"}
-
-
-def test_a_mutant_differs_in_one_place() -> None:
-    source = "def f(a: int = 3) -> bool:\n    return a < 2 and not a == 1\n"
-    mutants = draw(source, "f.py", 100)
-    changes = {mutant.change for mutant in mutants}
-    assert {"3  ->  4", "a < 2  ->  a <= 2", "not a == 1  ->  a == 1"} <= changes
-    scopes: list[dict[str, Any]] = []
-    for mutant in mutants:
-        scopes.append({})
-        exec(mutant.code, scopes[-1])
-    values = [[scope["f"](a) for a in (0, 1, 2)] + [scope["f"]()] for scope in scopes]
-    assert [True, True, True, True] not in [values[i] for i, each in enumerate(mutants) if each.before == "3"]
-    assert draw(source, "f.py", 3) == draw(source, "f.py", 3)[:3]
-
-
-def test_targets_and_equivalent_mutants_exist() -> None:
-    for target in TARGETS:
-        assert all((ROOT / path.partition("::")[0]).is_file() for path in (target.path, *target.tests))
-        assert find_spec(target.module) is not None, target.module
-        for file, _, name in (test.partition("::") for test in target.tests if "::" in test):
-            assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), name
-    for each in equivalents():
-        lines = [line.strip() for line in (ROOT / each["path"]).read_text(encoding="utf-8").splitlines()]
-        assert each["line"] in lines, each
 
 
 def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:

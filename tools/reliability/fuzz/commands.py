@@ -82,17 +82,15 @@ def the_command() -> Any:
     return cps_agents.cli.whole()
 
 
-def leaves(
-    name: tuple[str, ...], command: Any, left_out: Sequence[str] = LEFT_OUT
-) -> Iterator[tuple[tuple[str, ...], Any]]:
+def leaves(name: tuple[str, ...], command: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Every command that is no group, with the words that call it."""
     inside = getattr(command, "commands", None)
     if inside is None:
         yield name, command
         return
     for word, each in inside.items():
-        if word not in left_out:
-            yield from leaves((*name, word), each, left_out)
+        if word not in LEFT_OUT:
+            yield from leaves((*name, word), each)
 
 
 def _options(command: Any, rng: Generator) -> list[str]:

@@ -11,18 +11,20 @@ from typing import Any
 
 import numpy as np
 
+from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.declare.config import is_whole
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.policies.lookup import GROUP, policy_names
-from cps_envs.core.types import ROLES
+from cps_envs.core.types import ROLES, Role
 from tools.reliability.chunk import Chunk
-from tools.reliability.fuzz.actions import seat
 from tools.reliability.fuzz.judging import Tally, limited, wrong_numbers
 from tools.reliability.fuzz.values import Generator, in_words, number_within, odd_value, pick, shown
 
 CONFIGURATIONS, OPPONENTS = 800, 300  # inputs of a chunk
 STEPS = 3
+PRESETS = ("learning", "paper")
 QUICKER: dict[str, dict[str, Any]] = {"hvac": {"prediction_steps": 10}}  # its gains take a second at 80 steps
 STRANGE = (
     "zoo:",
@@ -44,6 +46,13 @@ STRANGE = (
     'mixture?policies=["none"]&weights=[-1]',
     "mixture?policies=" + "[" * 3000,
 )
+
+
+def seat(number: int) -> tuple[Problem, Role, str]:
+    """Problem, role and preset of a chunk."""
+    names = sorted(PROBLEMS)
+    problem, role = find_problem(names[number % len(names)]), ROLES[number // len(names) % 2]
+    return problem, role, PRESETS[number // (2 * len(names)) % 2]
 
 
 def configurations(chunk: Chunk, tally: Tally) -> None:

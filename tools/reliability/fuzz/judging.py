@@ -40,27 +40,21 @@ class Tally:
         self.counts = dict.fromkeys(("inputs", "accepted", "refused", "accidental", "nonsense"), 0)
         self.examples: dict[str, str] = {}
 
-    def attempt(self, what: str, act: Callable[[], str | None], size: int = 1) -> bool:
-        """Try something whose return value names what is wrong with its outcome; whether it was accepted.
-
-        It stands for `size` inputs if it is accepted, and for one otherwise.
-        """
+    def attempt(self, what: str, act: Callable[[], str | None]) -> None:
+        """Try something whose return value names what is wrong with its outcome."""
         number, self._number = self._number, self._number + 1
         if not self._journal.begin(number, what):
-            return False
+            return
         try:
             wrong = act()
         except (KeyboardInterrupt, GeneratorExit):
             raise
         except EnoughError:
-            wrong = None
+            self._count("accepted", number, what, None)
         except BaseException as error:
             self._count("refused" if is_refusal(error) else "accidental", number, what, error)
-            return False
-        self.counts["accepted"] += size - 1
-        self.counts["inputs"] += size - 1
-        self._count("nonsense" if wrong else "accepted", number, what, wrong)
-        return not wrong
+        else:
+            self._count("nonsense" if wrong else "accepted", number, what, wrong)
 
     def result(self) -> Result:
         """For the chunk."""

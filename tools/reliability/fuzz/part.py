@@ -11,14 +11,9 @@ from tools.reliability.journal import Journal
 
 MEMORY = 12 * 2**30  # bytes of addresses that a process may use: more ends in a MemoryError
 CHUNKS: Mapping[str, tuple[str, int]] = {  # row: what does it, and how many chunks
-    "actions, one environment": ("actions:single", 16),
-    "actions, both roles": ("actions:parallel", 8),
-    "actions, vector of 256": ("actions:vector", 16),
     "configurations": ("configurations:configurations", 16),
     "opponents by name": ("configurations:opponents", 16),
-    "arguments and order of calls": ("arguments:arguments", 8),
     "command lines": ("commands:commands", 12),
-    "one word misspelt": ("misspelt:misspelt", 4),
     "cards and weights": ("files:cards", 8),
     "results of finished pairs": ("files:cells", 2),
 }
@@ -34,7 +29,7 @@ USED = (  # by everything but command lines: the environments, and where policie
 def chunks() -> list[Chunk]:
     """Every row's first chunk, then every row's second one, and so on. A chunk's number is its seed."""
     found = [
-        Chunk("fuzz", row, number, (*(CODE if place.startswith(("commands:", "misspelt:")) else USED), FUZZ))
+        Chunk("fuzz", row, number, (*(CODE if place.startswith("commands:") else USED), FUZZ))
         for row, (place, count) in CHUNKS.items()
         for number in range(count)
     ]
@@ -57,11 +52,12 @@ PART = Part(
     name="fuzz",
     title="Hostile inputs",
     about=(
-        "Random inputs, many of them wrong on purpose, go to every place that takes any. An input is accepted when "
+        "Random inputs, many of them wrong on purpose: configurations, opponents, command lines, and files that "
+        "somebody has edited. (The tests of the suite draw actions of every kind.) An input is accepted when "
         "everything that comes back is finite and inside its space. It is refused when one of our own errors or one "
         "of Gymnasium's says so. An accident is another error from further inside, such as a `TypeError` of a library. "
         "A crash ends the process; a hang does nothing for five minutes. Nonsense is an accepted input with a wrong "
-        "outcome. Each row of an accepted batch counts as an input, and a refused batch as one. A command that still "
+        "outcome. A command that still "
         "works after 1.5 CPU seconds, or anything else after 2, counts as accepted."
     ),
     columns={

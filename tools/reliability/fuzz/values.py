@@ -10,9 +10,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
-from gymnasium import spaces
-
-from cps_envs.core.types import Array
 
 Generator: TypeAlias = np.random.Generator
 Choice = TypeVar("Choice")
@@ -134,71 +131,3 @@ def number_within(low: float, high: float, rng: Generator, whole: bool) -> float
         start = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
         value = min(max(start + size if start == low else start - size, low), high)
     return round(value) if whole else value
-
-
-def legal_batch(space: spaces.Space[Any], size: int, rng: Generator) -> Array:
-    """Actions (size, ...) inside a space, many of them at its ends."""
-    if isinstance(space, spaces.Box):
-        share = rng.random((size, *space.shape))
-        share = np.where(rng.random(share.shape) < 0.3, np.round(share), share)
-        return np.asarray(space.low + share * (space.high - space.low), np.float64)
-    counts = np.asarray(space.n if isinstance(space, spaces.Discrete) else space.nvec)  # type: ignore[attr-defined]
-    start = np.asarray(space.start)  # type: ignore[attr-defined]
-    return np.asarray(start + (rng.random((size, *counts.shape)) * counts).astype(np.int64))
-
-
-def spoilt_batch(actions: Array, rng: Generator) -> Named:
-    """The same actions with one or more entries that no space has, or in another form or type."""
-    kind = pick(SPOILERS, rng)
-    return kind.__name__.strip("_"), kind(actions, rng)
-
-
-def _entry(actions: Array, rng: Generator) -> Array:
-    changed = actions.astype(np.float64)
-    place = rng.integers(changed.size) if changed.size else 0
-    changed.reshape(-1)[place : place + 1] = pick(NUMBERS, rng)
-    return changed
-
-
-def _many_entries(actions: Array, rng: Generator) -> Array:
-    values = np.array([float(number) for number in NUMBERS])
-    return np.where(rng.random(actions.shape) < 0.2, rng.choice(values, actions.shape), actions)
-
-
-def _type(actions: Array, rng: Generator) -> Array:
-    kinds = ("f2", "f4", "f8", "i1", "i8", "u1", "u8", "?", "c16", "U8", "O", "S4", ">f8", ">i4", "longdouble")
-    return actions.astype(pick(kinds, rng))
-
-
-def _shape(actions: Array, rng: Generator) -> Array:
-    twice = np.repeat(actions[np.newaxis], 2, axis=0)
-    short = actions[:-1] if actions.ndim else twice
-    return pick((short, twice, actions[..., np.newaxis], actions[np.newaxis], actions.ravel(), actions.T), rng)
-
-
-def _layout(actions: Array, rng: Generator) -> Any:
-    frozen = actions.copy()
-    frozen.flags.writeable = False
-    twice = np.repeat(actions, 2, axis=0)[::2] if actions.ndim else actions
-    return pick((np.asfortranarray(actions), frozen, twice, actions.tolist()), rng)
-
-
-def _ragged(actions: Array, rng: Generator) -> Any:
-    rows = actions.tolist()
-    return [*rows[:-1], [rows[-1], rows[-1]]] if isinstance(rows, list) and rows else [rows, [rows]]
-
-
-def _anything(actions: Array, rng: Generator) -> Any:
-    return odd_value(rng)[1]
-
-
-SPOILERS: Sequence[Callable[[Array, Generator], Any]] = (
-    _entry,
-    _many_entries,
-    _type,
-    _shape,
-    _layout,
-    _ragged,
-    _anything,
-    _anything,
-)
