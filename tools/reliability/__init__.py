@@ -1,1 +1,1 @@
-"""Tries to break the package: hostile inputs, killed commands, long runs, mutants; counts what came out."""
+"""Tries to break the package: hostile inputs, killed commands, long runs; counts what came out."""

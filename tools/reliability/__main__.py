@@ -24,7 +24,7 @@ from tools.reliability.store import Store
 from tools.reliability.suite import Findings, run_parts
 
 BROKEN = 1
-NAMES = "fuzz, faults, load, determinism, mutation or bounds; all if left out."
+NAMES = "fuzz, faults, load, determinism or bounds; all if left out."
 
 
 def reliability(
@@ -37,7 +37,7 @@ def reliability(
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/reliability.md and .json here.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Try to break the package: hostile inputs, killed commands, mutants.
+    """Try to break the package: hostile inputs, killed commands, long runs.
 
     Each finished piece is kept at once; the same command goes on from there. What a
     change of the code makes outdated is done again. The exit code is 1 if anything

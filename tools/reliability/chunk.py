@@ -19,7 +19,6 @@ PARTS: Mapping[str, str] = {  # where each part's PART lies
     "faults": "tools.reliability.faults.part",
     "load": "tools.reliability.load",
     "determinism": "tools.reliability.determinism",
-    "mutation": "tools.reliability.mutation.part",
     "bounds": "tools.reliability.bounds",
 }
 CODE = ("cps_envs", "baselines/cps_baselines", "agents/cps_agents", "paper/cps_paper")
