@@ -131,6 +131,7 @@ def test_names_tell_settings_apart() -> None:
 
 
 def test_command() -> None:
+    """`cps-envs dataset`, then `minari.load_dataset`"""
     words = ["dataset", "fdi", "--role", "attacker", "--attacker", "oracle", "--preset", "paper", "--episodes", "2"]
     result = succeeded(*words, "--json")
     document = json.loads(result.stdout)

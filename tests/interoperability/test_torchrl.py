@@ -1,4 +1,4 @@
-"""TorchRL's batch of duels, and self-play in it."""
+"""TorchRL's wrappers of single environments and duels, our batch of duels, and self-play in it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,39 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
+from cps_envs import PROBLEMS
 from cps_envs.core.errors import ConfigurationError
 
 pytest.importorskip("torchrl")
+IDS = sorted(str(env_id) for env_id in gymnasium.registry if str(env_id).startswith("cps_envs/"))
+# TorchRL reads a MultiDiscrete of one entry as a number, which NumPy 2.4 refuses to convert: two attacked sensors.
+OPTIONS = {"cps_envs/FdiAttack-v0": {"attacked": "xv4"}}
 SHORT: dict[str, dict[str, Any]] = {"rogue": {"duration_s": 6.0}, "fdi": {}}
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_single_environments(env_id: str) -> None:
+    """`GymEnv(id)` of all ids"""
+    from torchrl.envs import GymEnv
+    from torchrl.envs.utils import check_env_specs
+
+    env = GymEnv(env_id, **OPTIONS.get(env_id, {}))
+    check_env_specs(env)
+    reward = env.rollout(5)["next", "reward"]
+    assert np.isfinite(reward.numpy()).all()
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_duels(name: str) -> None:
+    """`PettingZooWrapper` of all duels"""
+    from torchrl.envs import PettingZooWrapper
+    from torchrl.envs.utils import check_env_specs
+
+    check_env_specs(PettingZooWrapper(import_module(f"cps_envs.{name}_v0").parallel_env(), use_mask=True))
 
 
 def duel(problem: str, num_envs: int = 3, frame_skip: int = 5, **options: Any) -> Any:

@@ -1,12 +1,14 @@
 """`python -m tools.peers`: software that others wrote, on our environments, each in a virtual environment of its own.
 
-Builds the wheel, installs it beside each peer, runs the peer's checks, and writes docs/peers.json and docs/peers.md. A
-peer that has passed with the same wheel is not run again.
+Builds the wheel, installs it beside each peer, runs tests of tests/interoperability, and writes docs/peers.json and
+docs/peers.md: a row for each test, with the first line of its docstring. A peer that has passed with the same wheel is
+not run again.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import hashlib
 import json
 import os
@@ -17,10 +19,12 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 from zipfile import ZipFile
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
+TESTS = ROOT / "tests" / "interoperability"
 PAGE, DATA = ROOT / "docs" / "peers.md", ROOT / "docs" / "peers.json"
 WORK = ROOT / ".peers"
 LIMIT_S = 900.0  # of a peer's checks
@@ -29,7 +33,8 @@ WORKS, ADAPTED, FAILS = "works", "works with an adapter", "does not work"
 HEAD = """# Works with
 
 We try software that others wrote on our environments. `make peers` makes a virtual environment for each of them, with
-our wheel in it. There it runs what the table says. *Works with an adapter* means that a few lines stand between. The
+our wheel in it. There it runs tests of the folder `tests/interoperability`, and the table says what they do. The suite
+runs the same tests where the software is installed. *Works with an adapter* means that a few lines stand between. The
 table names them.
 """
 
@@ -42,27 +47,50 @@ class Peer:
     title: str
     packages: tuple[str, ...]  # what pip installs beside our wheel
     shown: tuple[str, ...]  # whose versions the page names
+    tests: tuple[str, ...]  # of tests/interoperability: files, or tests of them as in "file::test"
     extras: str = ""  # of ours
 
-    @property
-    def script(self) -> Path:
-        """Its checks: it prints a line of JSON for each."""
-        return HERE / "checks" / f"{self.name}.py"
 
-
+TESTING = ("pytest", "hypothesis")  # what pip installs for every peer
 PEERS = (
-    Peer("gymnasium_", "Gymnasium", ("pygame",), ("gymnasium",), "[render,video]"),
-    Peer("pettingzoo_", "PettingZoo", ("supersuit",), ("pettingzoo", "supersuit")),
-    Peer("sb3", "stable-baselines3, sb3-contrib", (), ("stable-baselines3", "sb3-contrib"), "[sb3]"),
-    Peer("rl_zoo", "RL Baselines3 Zoo", ("rl_zoo3",), ("rl_zoo3",), "[sb3]"),
-    Peer("cleanrl", "CleanRL", ("torch", "tensorboard", "tyro"), ("torch",)),
-    Peer("torchrl_", "TorchRL", ("torchrl", "torch"), ("torchrl",)),
-    Peer("tianshou_", "Tianshou", ("tianshou",), ("tianshou",)),
-    Peer("agilerl_", "AgileRL", ("agilerl",), ("agilerl",)),
-    Peer("rllib", "RLlib", ("ray[rllib]", "torch"), ("ray",)),
-    Peer("minari_", "Minari", (), ("minari",), "[cli,data]"),
-    Peer("optuna_", "Optuna", (), ("optuna",), "[train]"),
-    Peer("openai_agents", "openai-agents in the same environment", ("openai-agents",), ("openai-agents",), "[cli]"),
+    Peer("gymnasium_", "Gymnasium", ("pygame",), ("gymnasium",), ("test_gymnasium.py",), "[render,video]"),
+    Peer("pettingzoo_", "PettingZoo", ("supersuit",), ("pettingzoo", "supersuit"), ("test_pettingzoo.py",)),
+    Peer(
+        "sb3",
+        "stable-baselines3, sb3-contrib",
+        (),
+        ("stable-baselines3", "sb3-contrib"),
+        ("test_stable_baselines3.py",),
+        "[sb3]",
+    ),
+    Peer("rl_zoo", "RL Baselines3 Zoo", ("rl_zoo3",), ("rl_zoo3",), ("test_programs.py::test_rl_zoo",), "[sb3]"),
+    Peer("cleanrl", "CleanRL", ("torch", "tensorboard", "tyro"), ("torch",), ("test_programs.py::test_cleanrl",)),
+    Peer(
+        "torchrl_",
+        "TorchRL",
+        ("torchrl", "torch"),
+        ("torchrl",),
+        ("test_torchrl.py::test_single_environments", "test_torchrl.py::test_duels"),
+    ),
+    Peer("tianshou_", "Tianshou", ("tianshou",), ("tianshou",), ("test_vectors.py::test_tianshou",)),
+    Peer(
+        "agilerl_",
+        "AgileRL",
+        ("agilerl",),
+        ("agilerl",),
+        ("test_vectors.py::test_agilerl", "test_vectors.py::test_agilerl_reshaped"),
+    ),
+    Peer("rllib", "RLlib", ("ray[rllib]", "torch"), ("ray",), ("test_vectors.py::test_rllib",)),
+    Peer("minari_", "Minari", (), ("minari",), ("test_minari.py::test_command",), "[cli,data]"),
+    Peer("optuna_", "Optuna", ("optuna",), ("optuna",), ("test_beside.py::test_optuna",), "[sb3]"),
+    Peer(
+        "openai_agents",
+        "openai-agents in the same environment",
+        ("openai-agents",),
+        ("openai-agents",),
+        ("test_beside.py::test_openai_agents",),
+        "[cli]",
+    ),
 )
 
 
@@ -100,7 +128,9 @@ def _wheel() -> Path:
 
 def _stamp(peer: Peer, wheel: Path) -> str:
     """A hash of the wheel's content and of what is installed and run; a wheel's own dates do not count."""
-    digest = hashlib.sha256(repr(asdict(peer)).encode() + peer.script.read_bytes())
+    digest = hashlib.sha256(repr(asdict(peer)).encode())
+    for test in peer.tests:
+        digest.update((TESTS / test.partition("::")[0]).read_bytes())
     with ZipFile(wheel) as content:
         for name in sorted(content.namelist()):
             digest.update(name.encode() + content.read(name))
@@ -110,15 +140,19 @@ def _stamp(peer: Peer, wheel: Path) -> str:
 def _run(peer: Peer, wheel: Path) -> dict[str, Any]:
     folder, stamp = WORK / peer.name, _stamp(peer, wheel)
     kept = folder / "result.json"
-    if kept.is_file() and (before := json.loads(kept.read_text(encoding="utf-8")))["stamp"] == stamp:
-        return before
+    if kept.is_file():
+        before: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
+        if before["stamp"] == stamp:
+            return before
     python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
     if not python.exists():
         venv.create(folder, with_pip=True)
     pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input"]
     result: dict[str, Any] = {"title": peer.title, "stamp": stamp, "versions": {}, "checks": []}
     try:
-        subprocess.run([*pip, f"{wheel}{peer.extras}", *peer.packages], check=True, capture_output=True, text=True)
+        subprocess.run(
+            [*pip, f"{wheel}{peer.extras}", *peer.packages, *TESTING], check=True, capture_output=True, text=True
+        )
         subprocess.run([*pip, "--no-deps", "--force-reinstall", str(wheel)], check=True, capture_output=True, text=True)
     except subprocess.CalledProcessError as error:
         result["checks"].append({"what": "installation", "outcome": FAILS, "note": error.stderr[-NOTES_AT_MOST:]})
@@ -140,34 +174,55 @@ def _versions(python: Path, peer: Peer) -> dict[str, str]:
 
 
 def _checks(python: Path, peer: Peer, folder: Path) -> Iterator[dict[str, str]]:
-    environment = {**os.environ, "CPS_ENVS_QUIET": "1", "PYTHONPATH": str(HERE / "checks"), "CUDA_VISIBLE_DEVICES": ""}
+    """Run the tests, which import our package from the wheel and their helpers from a link to the folder of tests."""
+    link, report = WORK / "link", folder / "report.xml"
+    link.mkdir(exist_ok=True)
+    if not (link / "tests").exists():
+        (link / "tests").symlink_to(ROOT / "tests")
+    environment = {**os.environ, "CPS_ENVS_QUIET": "1", "PYTHONPATH": str(link), "CUDA_VISIBLE_DEVICES": ""}
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
         environment.pop(name, None)
     work = folder / "work"
     work.mkdir(exist_ok=True)
+    report.unlink(missing_ok=True)
+    options = ["-q", "-p", "no:cacheprovider", "-m", "slow or not slow", f"--junitxml={report}"]
+    command = [str(python), "-m", "pytest", *options, *(str(TESTS / test) for test in peer.tests)]
     try:
         done = subprocess.run(
-            [str(python), str(peer.script)],
-            cwd=work,
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=LIMIT_S,
-            check=False,
+            command, cwd=work, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
         )
-    except subprocess.TimeoutExpired as error:
-        printed = error.stdout or b""
-        yield from _reports(printed.decode() if isinstance(printed, bytes) else printed)
-        yield {"what": "the rest", "outcome": FAILS, "note": f"not finished after {LIMIT_S:.0f} s"}
+    except subprocess.TimeoutExpired:
+        yield {"what": "all", "outcome": FAILS, "note": f"not finished after {LIMIT_S:.0f} s"}
         return
-    yield from _reports(done.stdout)
-    if done.returncode:
-        yield {"what": "the script", "outcome": FAILS, "note": " ".join(done.stderr[-NOTES_AT_MOST:].split())}
+    if report.is_file():
+        yield from _reports(peer, report)
+    else:
+        yield {"what": "all", "outcome": FAILS, "note": " ".join((done.stdout + done.stderr)[-NOTES_AT_MOST:].split())}
 
 
-def _reports(printed: str) -> Iterator[dict[str, str]]:
-    """The outcomes among what the checks printed."""
-    yield from (json.loads(line) for line in printed.splitlines() if line.startswith('{"what"'))
+def _reports(peer: Peer, report: Path) -> Iterator[dict[str, str]]:
+    """A check for each test function: it fails if one of its cases does, or is skipped."""
+    described = _described(peer)
+    wrong: dict[str, str] = {}
+    for case in ElementTree.parse(report).getroot().iter("testcase"):
+        found = [each for kind in ("failure", "error", "skipped") for each in case.findall(kind)]
+        notes = [" ".join(f"{case.get('name')}: {each.get('message')}".split()) for each in found]
+        name = str(case.get("name")).partition("[")[0]
+        wrong.setdefault(name, "")
+        wrong[name] = wrong[name] or "".join(notes)[:NOTES_AT_MOST].replace("|", "/")
+    for name, note in wrong.items():
+        what, adapter = described.get(name, (name, ""))
+        yield {"what": what, "outcome": FAILS if note else ADAPTED if adapter else WORKS, "note": note or adapter}
+
+
+def _described(peer: Peer) -> dict[str, tuple[str, str]]:
+    """What a test does, by the first line of its docstring, and what stands between, by a line `Adapter: ...`."""
+    found = {}
+    for file in dict.fromkeys(test.partition("::")[0] for test in peer.tests):
+        for node in ast.parse((TESTS / file).read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and (text := ast.get_docstring(node)):
+                found[node.name] = text.splitlines()[0], text.partition("Adapter: ")[2]
+    return found
 
 
 def _page(found: dict[str, Any]) -> Iterator[str]:

@@ -1,0 +1,59 @@
+"""Learners of stable-baselines3 and sb3-contrib, for a few steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import pytest
+
+import cps_envs  # noqa: F401  registers the environments
+
+sb3 = pytest.importorskip("stable_baselines3")
+IDS = sorted(str(env_id) for env_id in gymnasium.registry if str(env_id).startswith("cps_envs/"))
+
+
+@pytest.mark.parametrize("env_id", [env_id for env_id in IDS if "Discrete-" not in env_id])
+def test_checker(env_id: str) -> None:
+    """`check_env` of all ids"""
+    from stable_baselines3.common.env_checker import check_env
+
+    check_env(gymnasium.make(env_id), skip_render_check=True)
+
+
+def test_workers() -> None:
+    """PPO, workers by spawn"""
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import SubprocVecEnv
+
+    spawn: dict[str, Any] = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
+    sb3.PPO("MlpPolicy", make_vec_env("cps_envs:cps_envs/RogueDefense-v0", 2, **spawn), n_steps=32).learn(64)
+
+
+def test_sac() -> None:
+    """SAC"""
+    sb3.SAC("MlpPolicy", "cps_envs:cps_envs/HvacAttack-v0", learning_starts=10).learn(30)
+
+
+@pytest.mark.parametrize("name", ["FdiDefenseDiscrete", "RogueDefenseDiscrete", "HvacDefense"])
+def test_dqn(name: str) -> None:
+    """DQN on FdiDefenseDiscrete, RogueDefenseDiscrete, HvacDefense"""
+    sb3.DQN("MlpPolicy", f"cps_envs:cps_envs/{name}-v0", learning_starts=10).learn(30)
+
+
+@pytest.mark.parametrize("name", ["DisbandingAttack", "FdiAttack", "FdiAttackDiscrete"])
+def test_masks(name: str) -> None:
+    """MaskablePPO on DisbandingAttack, FdiAttack, FdiAttackDiscrete"""
+    contrib = pytest.importorskip("sb3_contrib")
+    contrib.MaskablePPO("MlpPolicy", gymnasium.make(f"cps_envs/{name}-v0"), n_steps=32).learn(64)
+
+
+def test_native_vector() -> None:
+    """PPO on the native vector environment
+
+    Adapter: `cps_agents.sb3.as_sb3`
+    """
+    from cps_agents.sb3 import as_sb3
+
+    envs: Any = gymnasium.make_vec("cps_envs:cps_envs/RogueAttack-v0", num_envs=8, autoreset_mode="SameStep")
+    sb3.PPO("MlpPolicy", as_sb3(envs), n_steps=16, batch_size=64).learn(256)
