@@ -13,7 +13,7 @@ HANGS_S = 60.0
 
 
 def chunks() -> list[Chunk]:
-    return [Chunk(__name__, row, limit_s=30.0, silence_s=6.0) for row in ("dies", "hangs", "fails")]
+    return [Chunk(__name__, row, limit_s=12.0 if row == "hangs" else 60.0) for row in ("dies", "hangs", "fails")]
 
 
 def run(chunk: Chunk, journal: Journal) -> Result:

@@ -19,18 +19,17 @@ from tests.agents.command_line import refusal, succeeded
 from tests.processes import wait_until
 from tests.tools.broken_parts import PART as TOYS
 from tools.command import program
-from tools.reliability import chunk as chunk_module
 from tools.reliability import determinism
 from tools.reliability.__main__ import reliability
 from tools.reliability.child import StoppedError, run_chunk
-from tools.reliability.chunk import PARTS, Chunk, Part, Result, find_part, stamp
+from tools.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
 from tools.reliability.document import document, markdown, publish
 from tools.reliability.faults.comparing import damaged, differing
 from tools.reliability.faults.jobs import JOBS, warm_up
 from tools.reliability.faults.part import Trials
 from tools.reliability.fuzz import configurations, files
 from tools.reliability.fuzz.judging import Tally, is_refusal
-from tools.reliability.journal import Journal, read_journal
+from tools.reliability.journal import Journal
 from tools.reliability.store import Store
 from tools.reliability.suite import run_parts
 
@@ -98,22 +97,6 @@ def test_a_process_that_dies_or_hangs_is_counted_and_the_rest_goes_on(row: str, 
     assert "a trial" in next(iter(found["examples"].values()))
 
 
-def test_waiting_for_a_processor_is_a_sign_of_life(tmp_path: Path) -> None:
-    path = tmp_path / "journal"
-    journal = Journal(path)
-    assert read_journal(path) == (-1, "")
-    journal.wait(30.0)
-    assert read_journal(path)[0] == -1
-    assert read_journal(path) != (-1, "")
-    journal.begin(4, "a trial")
-    before = read_journal(path)
-    journal.wait(30.0)
-    assert read_journal(path) != before
-    assert read_journal(path)[0] == 4
-    journal.begin(4, "a trial")
-    assert read_journal(path) == before
-
-
 @pytest.mark.parametrize("deadly", ["crash", "hang"])
 def test_a_process_that_died_must_not_happen_in_any_part(deadly: str, tmp_path: Path) -> None:
     part = part_of({"tried": 1}, {deadly: 2})
@@ -156,20 +139,6 @@ def test_a_piece_that_cannot_be_done_does_not_stop_the_others(tmp_path: Path) ->
     assert (found.totals["tried"], found.failed) == (5, ["no room"])
 
 
-def test_parts_get_about_the_same_time(tmp_path: Path) -> None:
-    slow, quick = (replace(part_of(*[{"tried": 1}] * 4), name=name) for name in ("slow", "quick"))
-    rows = {part.name: [replace(chunk, part=part.name) for chunk in part.chunks()] for part in (slow, quick)}
-    slow, quick = (replace(part, chunks=lambda name=part.name: rows[name]) for part in (slow, quick))
-    done = []
-
-    def work(chunk: Chunk, stop: Event) -> Result:
-        done.append(chunk.part)
-        return {**slow.run(chunk, Journal()), "cpu_s": 10.0 if chunk.part == "slow" else 1.0}
-
-    run_parts([slow, quick], Store(tmp_path), 1.0, work=work)
-    assert done == ["slow", *["quick"] * 4, *["slow"] * 3]
-
-
 def test_two_pieces_run_at_once_and_an_interruption_ends_them(tmp_path: Path) -> None:
     part, together = part_of({"tried": 1}, {"tried": 1}), Barrier(3)
 
@@ -204,15 +173,6 @@ def test_no_piece_outlives_a_command_that_is_killed() -> None:
     assert wait_until(lambda: not Path(f"/proc/{child}").exists())
 
 
-def test_words_about_code_void_no_result(tmp_path: Path) -> None:
-    stamps = []
-    for number, source in enumerate(('"""One."""\nx = 1\n', '"""Two."""\n\nx = 1  # one\n', "x = 2\n")):
-        (tmp_path / f"{number}").mkdir()
-        (tmp_path / f"{number}" / "module.py").write_text(source, encoding="utf-8")
-        stamps.append(chunk_module._content(tmp_path / f"{number}" / "module.py"))
-    assert stamps[0] == stamps[1] != stamps[2]
-
-
 def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
     part = part_of({"tried": 1234, "bad": 0})
     (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
@@ -227,26 +187,49 @@ def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
         publish(written, tmp_path / "nowhere")
 
 
-def test_rows_that_were_not_done_again_stay_with_the_run_they_are_of(tmp_path: Path) -> None:
+def test_parts_take_turns(tmp_path: Path) -> None:
+    one, other = (replace(part_of(*[{"tried": 1}] * 3), name=name) for name in ("one", "other"))
+    rows = {part.name: [replace(chunk, part=part.name) for chunk in part.chunks()] for part in (one, other)}
+    one, other = (replace(part, chunks=lambda name=part.name: rows[name]) for part in (one, other))
+    done = []
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        done.append(chunk.part)
+        return one.run(chunk, Journal())
+
+    run_parts([one, other], Store(tmp_path), 1.0, work=work)
+    assert done == ["one", "other"] * 3
+
+
+def test_rows_that_were_not_done_again_keep_their_commit(tmp_path: Path) -> None:
     part = part_of({"tried": 5, "bad": 0})
+    rows = list(dict.fromkeys(chunk.row for chunk in find_part("fuzz").chunks()))
     (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
     (tmp_path / "docs").mkdir()
     first = document([found])["parts"]["toy"]
-    row = dict(first["rows"]["row"])
-    older = find_part("fuzz").chunks()[0].row
-    earlier = {**first, "rows": {"row": row, older: {**row, "tried": 7}, "no longer tried": row}}
-    earlier["runs"] = [{**first["runs"][0], "rows": list(earlier["rows"]), "commits": ["abc"]}]
-    publish({"parts": {"fuzz": earlier}}, tmp_path)
-    publish({"parts": {"fuzz": first}}, tmp_path)
-    kept = json.loads((tmp_path / "docs" / "reliability.json").read_text(encoding="utf-8"))["parts"]["fuzz"]
-    assert list(kept["rows"]) == [*first["rows"], older]
-    assert kept["totals"]["tried"] == first["totals"]["tried"] + 7
-    assert [run["rows"] for run in kept["runs"]] == [list(first["rows"]), [older]]
+    row = first["rows"]["row"]
+    older = {**row, "tried": 7, "commits": ["abc"]}
+    publish(
+        {"parts": {"fuzz": {**first, "rows": {rows[0]: older, rows[1]: older, "no longer tried": older}}}}, tmp_path
+    )
+    publish({"parts": {"fuzz": {**first, "rows": {rows[0]: row}}}}, tmp_path)
+    kept = json.loads((tmp_path / "docs" / "reliability.json").read_text(encoding="utf-8"))["parts"]["fuzz"]["rows"]
+    assert kept == {rows[0]: row, rows[1]: older}
     page = (tmp_path / "docs" / "reliability.md").read_text(encoding="utf-8")
-    assert "The row below them is of a run before" in page
-    assert "`abc`" in page
-    assert older not in kept["untried"]
-    assert f"Not tried yet: {', '.join(kept['untried'])}." in page
+    assert f"| {rows[1]} | 7 | 0 | `abc` |" in page
+    assert "| **in all** | 12 | 0 |  |" in page
+
+
+def test_the_page_names_commits_that_exist() -> None:
+    def git(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=False)
+
+    if git("rev-parse", "--is-shallow-repository").stdout.strip() != "false":
+        pytest.skip("needs the history of git")
+    parts = json.loads((ROOT / "docs" / "reliability.json").read_text(encoding="utf-8"))["parts"].values()
+    named = {commit.rstrip("+") for part in parts for row in part["rows"].values() for commit in row["commits"]}
+    assert named
+    assert not [commit for commit in sorted(named) if git("cat-file", "-e", commit).returncode]
 
 
 def test_the_command_refuses_unknown_parts_and_reports_without_work(tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def chunks() -> list[Chunk]:
         "tests/hvac",
         "tests/rogue",
     )
-    return [Chunk("bounds", row, 0, sources, limit_s=7200, silence_s=7200) for row in TESTS]
+    return [Chunk("bounds", row, 0, sources, limit_s=7200) for row in TESTS]
 
 
 def run(chunk: Chunk, journal: Journal) -> Result:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -23,8 +22,6 @@ from tools.reliability.journal import Journal, read_journal
 
 DEATHS = 3  # of processes of one chunk, after which the rest of it is given up
 LOOK_EVERY_S = 0.2
-TELL_EVERY_S = 30.0  # of waiting for a processor
-SCHEDULED = Path("/proc/self/schedstat")  # of Linux: nanoseconds of computing and of waiting for a processor
 FAILED = "failed"
 QUIET = {"CPS_ENVS_QUIET": "1", "CPS_ENVS_TRUST": "0", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"}
 
@@ -65,7 +62,7 @@ def run_chunk(chunk: Chunk, stop: Event) -> Result:
 def _attempt(chunk: Chunk, folder: Path, skipped: list[int], stop: Event) -> str:
     """Run a process to its end: "done", "hang", or how it died."""
     paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = {**os.environ, **QUIET, "PYTHONPATH": os.pathsep.join(paths), **chunk.environment}
+    environment = {**os.environ, **QUIET, "PYTHONPATH": os.pathsep.join(paths)}
     command = [sys.executable, "-m", "tools.reliability.child", chunk.part, chunk.name, str(folder)]
     command += map(str, (os.getpid(), *skipped))
     with (folder / "errors").open("wb") as errors:
@@ -79,26 +76,22 @@ def _attempt(chunk: Chunk, folder: Path, skipped: list[int], stop: Event) -> str
             start_new_session=True,
         )
         try:
-            return "hang" if not _wait(child, chunk, folder / "journal", stop) else _ending(child, folder)
+            return "hang" if not _wait(child, chunk.limit_s, stop) else _ending(child, folder)
         finally:
             _end(child)
 
 
-def _wait(child: subprocess.Popen[bytes], chunk: Chunk, journal: Path, stop: Event) -> bool:
-    """Wait for the end of a process; False if it does nothing for too long.
+def _wait(child: subprocess.Popen[bytes], limit_s: float, stop: Event) -> bool:
+    """Wait for the end of a process; False if it takes too long.
 
     Raises:
         StoppedError: `stop` was set.
     """
-    started = changed = time.monotonic()
-    seen = read_journal(journal)
+    end = time.monotonic() + limit_s
     while child.poll() is None:
         if stop.wait(LOOK_EVERY_S):
             raise StoppedError
-        now = time.monotonic()
-        if (line := read_journal(journal)) != seen:
-            seen, changed = line, now
-        if now - changed > chunk.silence_s or now - started > chunk.limit_s:
+        if time.monotonic() > end:
             return False
     return True
 
@@ -125,19 +118,11 @@ def _together(one: Result, other: Result) -> Result:
     return {**one, "counts": counts, "examples": {**other["examples"], **one.get("examples", {})}}
 
 
-def _watch(parent: int, journal: Journal) -> None:
-    """Note when this process waits for a processor; end it, and those that it has started, when its parent is gone."""
-    told = 0.0
+def _watch(parent: int) -> None:
+    """End this process, and those that it has started, when its parent is gone."""
     while os.getppid() == parent:
-        if (waited := _waited_s()) - told >= TELL_EVERY_S:
-            journal.wait(told := waited)
         time.sleep(LOOK_EVERY_S)
     os.killpg(0, signal.SIGKILL)
-
-
-def _waited_s() -> float:
-    """How long others have kept this process from computing, as far as the system tells."""
-    return int(SCHEDULED.read_text().split()[1]) / 1e9 if SCHEDULED.is_file() else 0.0
 
 
 def main() -> None:
@@ -145,12 +130,10 @@ def main() -> None:
     part_name, name, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3])
     parent, *skipped = map(int, sys.argv[4:])
     journal = Journal(folder / "journal", skipped)
-    Thread(target=_watch, args=(parent, journal), daemon=True).start()
+    Thread(target=_watch, args=(parent,), daemon=True).start()
     part = find_part(part_name)
     chunk = next(each for each in part.chunks() if each.name == name)
     result = part.run(chunk, journal)
-    own, children = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
-    result["cpu_s"] = own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
     (folder / "result.json").write_text(json.dumps(result), encoding="utf-8")
 
 

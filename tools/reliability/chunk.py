@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -24,7 +23,6 @@ PARTS: Mapping[str, str] = {  # where each part's PART lies
 CODE = ("cps_envs", "baselines/cps_baselines", "agents/cps_agents", "paper/cps_paper")
 HERE = "tools/reliability"
 READ = (".py", ".json", ".csv")
-DESCRIBED = (ast.Module, ast.ClassDef, ast.FunctionDef)  # by a docstring
 
 Result = dict[str, Any]  # counts: a number for each column; examples: a text for each forbidden one; lines: remarks
 
@@ -37,10 +35,7 @@ class Chunk:
     row: str  # of the part's table, in which the chunks of a row are summed
     number: int = 0  # also its seed
     sources: tuple[str, ...] = CODE  # files and folders that its result depends on
-    also: str = ""  # what else it depends on
-    environment: Mapping[str, str] = field(default_factory=dict)  # variables of the process
     limit_s: float = 1800.0  # after which the process counts as hanging
-    silence_s: float = 300.0  # without a sign of life, which also counts as hanging
 
     @property
     def name(self) -> str:
@@ -69,11 +64,8 @@ def find_part(name: str) -> Part:
 
 
 def stamp(chunk: Chunk) -> str:
-    """A hash of what a chunk's result depends on; comments and docstrings do not count."""
-    digest = hashlib.sha256(repr((sorted(chunk.environment.items()), chunk.also)).encode())
-    for place in sorted(chunk.sources):
-        digest.update(_digest(place))
-    return digest.hexdigest()[:16]
+    """A hash of the files that a chunk's result depends on, as they were when it was first asked for."""
+    return hashlib.sha256(b"".join(map(_digest, sorted(chunk.sources)))).hexdigest()[:16]
 
 
 @lru_cache
@@ -83,18 +75,5 @@ def _digest(place: str) -> bytes:
     files = [path] if path.is_file() else sorted(file for file in path.rglob("*") if file.suffix in READ)
     own = [file for file in files if place.startswith(HERE) or not file.is_relative_to(ROOT / HERE)]
     for file in own:
-        digest.update(file.relative_to(ROOT).as_posix().encode() + _content(file))
+        digest.update(file.relative_to(ROOT).as_posix().encode() + file.read_bytes())
     return digest.digest()
-
-
-@lru_cache
-def _content(file: Path) -> bytes:
-    """What a file does: all of it, or of Python code all but comments and docstrings."""
-    data = file.read_bytes()
-    if file.suffix != ".py":
-        return data
-    tree = ast.parse(data)
-    for node in ast.walk(tree):
-        if isinstance(node, DESCRIBED) and ast.get_docstring(node, clean=False) is not None:
-            node.body = node.body[1:] or [ast.Pass()]
-    return ast.dump(tree).encode()

@@ -7,12 +7,13 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import zip_longest
 from threading import Event
 
 from cps_agents.errors import CommandError
 from tools.reliability.child import run_chunk
-from tools.reliability.chunk import Chunk, Part, Result, stamp
+from tools.reliability.chunk import Chunk, Part, Result
 from tools.reliability.store import Store
 
 Report = Callable[[int, int, str], None]  # chunks known, chunks in all, the last one
@@ -57,28 +58,6 @@ class Findings:
         return list(dict.fromkeys(found))
 
 
-@dataclass
-class Plan:
-    """The chunks of a part: what they found, which are left, and how long the part has taken."""
-
-    part: Part
-    chunks: Sequence[Chunk]
-    known: dict[int, Result] = field(default_factory=dict)  # by place in `chunks`
-    left: deque[int] = field(default_factory=deque)
-    failed: list[str] = field(default_factory=list)
-    running: int = 0
-
-    @property
-    def turn(self) -> tuple[int, float]:
-        """The plan with the least of this is the next to get a process."""
-        return self.running, sum(result.get("cpu_s", 0.0) for result in self.known.values())
-
-    @property
-    def findings(self) -> Findings:
-        """What is known, in the order of the chunks."""
-        return Findings(self.part, len(self.chunks), [self.known[place] for place in sorted(self.known)], self.failed)
-
-
 def run_parts(
     parts: Sequence[Part],
     store: Store,
@@ -89,46 +68,31 @@ def run_parts(
 ) -> list[Findings]:
     """Do what `store` does not know, `jobs` chunks at once, until the time is over.
 
-    The part that has taken the least time so far is the next, so that all get about the same. What has begun is
-    finished. A chunk that could not be done is named, and the others go on.
+    The parts take turns. What has begun is finished. A chunk that could not be done is named, and the others go on.
     """
-    plans, end = [_plan(part, store) for part in parts], time.monotonic() + 60 * minutes
-    total, stop = sum(len(plan.chunks) for plan in plans), Event()
-    running: dict[Future[Result], tuple[Plan, int]] = {}
+    plans = {part.name: list(part.chunks()) for part in parts}
+    known = {chunk: store.get(chunk) for chunks in plans.values() for chunk in chunks}
+    turns = [chunk for turn in zip_longest(*plans.values()) for chunk in turn if chunk is not None]
+    left = deque(chunk for chunk in turns if known[chunk] is None)
+    failed: dict[str, list[str]] = {name: [] for name in plans}
+    end, stop, running = time.monotonic() + 60 * minutes, Event(), dict[Future[Result], Chunk]()
     with ThreadPoolExecutor(jobs) as pool, _set_after(stop):
         while True:
-            while len(running) < jobs and time.monotonic() < end and any(plan.left for plan in plans):
-                plan = min((plan for plan in plans if plan.left), key=lambda plan: plan.turn)
-                place = plan.left.popleft()
-                stamp(plan.chunks[place])  # of the sources as they are now, which is remembered
-                plan.running += 1
-                running[pool.submit(work, plan.chunks[place], stop)] = plan, place
+            while left and len(running) < jobs and time.monotonic() < end:
+                chunk = left.popleft()
+                running[pool.submit(work, chunk, stop)] = chunk
             if not running:
-                return [plan.findings for plan in plans]
+                break
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                plan, place = running.pop(future)
-                plan.running -= 1
-                _keep(plan, place, future, store)
+                chunk = running.pop(future)
+                try:
+                    known[chunk] = store.put(chunk, future.result())
+                except CommandError as error:
+                    failed[chunk.part].append(str(error))
                 if report is not None:
-                    note = f"{plan.part.name}: {plan.chunks[place].row}"
-                    report(sum(len(plan.known) for plan in plans), total, note)
-
-
-def _plan(part: Part, store: Store) -> Plan:
-    plan = Plan(part, list(part.chunks()))
-    for place, chunk in enumerate(plan.chunks):
-        if (known := store.get(chunk)) is None:
-            plan.left.append(place)
-        else:
-            plan.known[place] = known
-    return plan
-
-
-def _keep(plan: Plan, place: int, future: Future[Result], store: Store) -> None:
-    try:
-        plan.known[place] = store.put(plan.chunks[place], future.result())
-    except CommandError as error:
-        plan.failed.append(str(error))
+                    report(sum(map(bool, known.values())), len(known), f"{chunk.part}: {chunk.row}")
+    results = {name: [result for each in plans[name] if (result := known[each])] for name in plans}
+    return [Findings(part, len(plans[part.name]), results[part.name], failed[part.name]) for part in parts]
 
 
 @contextmanager

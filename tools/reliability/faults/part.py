@@ -23,11 +23,7 @@ WRONG_INPUT, INTERRUPTED = 2, 130  # exit codes: of an error that is explained, 
 def chunks() -> list[Chunk]:
     """Some of the faults of each command, then some more of each."""
     sources = (*CODE, "tools/reliability/faults")
-    return [
-        Chunk("faults", job.name, number, sources, limit_s=3600, silence_s=900)
-        for number in range(SLICES)
-        for job in JOBS
-    ]
+    return [Chunk("faults", job.name, number, sources, limit_s=3600) for number in range(SLICES) for job in JOBS]
 
 
 class Trials:

@@ -56,7 +56,7 @@ PART = Part(
         "somebody has edited. (The tests of the suite draw actions of every kind.) An input is accepted when "
         "everything that comes back is finite and inside its space. It is refused when one of our own errors or one "
         "of Gymnasium's says so. An accident is another error from further inside, such as a `TypeError` of a library. "
-        "A crash ends the process; a hang does nothing for five minutes. Nonsense is an accepted input with a wrong "
+        "A crash ends the process; a hang lasts half an hour. Nonsense is an accepted input with a wrong "
         "outcome. A command that still "
         "works after 1.5 CPU seconds, or anything else after 2, counts as accepted."
     ),
