@@ -2,6 +2,7 @@
 #   PYTHON=python3.12   the interpreter that makes the virtual environment
 #   VENV=.venv          where the virtual environment lies
 #   HASHES=1            install only files whose hashes stand in requirements/
+#   FOR=core            the part that changed, for test-quick; core, a problem, baselines, agents, paper, tools or docs
 #   ARGS="..."          more arguments for the command behind test, test-slow, train, bench and benchmark
 
 VENV ?= .venv
@@ -47,8 +48,26 @@ test: $(ALL) ## compile all kernels and run the tests
 	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute."
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
 
-test-quick: $(ALL) ## run what a change in core or in texts breaks first: a minute of one core
-	$(BIN)/python -m pytest -q tests/core tests/test_configurations.py tests/test_words.py $(ARGS)
+# What a change in a part breaks first, each below 30 s of one core.
+FOR ?= all
+CHOICES := all core disbanding fdi hvac rogue baselines agents paper tools docs
+quick = $(patsubst %,tests/$(1)/test_%.py,$(2))
+game = $(call quick,$(1),game $(2)) tests/test_golden.py -k $(1)
+QUICK_all := $(call quick,core,rooms config fields lookup policy) tests/test_golden.py tests/test_words.py tests/test_repository.py
+QUICK_core := $(call quick,core,rooms match environments config fields actions policy lookup mixture reset_masks)
+QUICK_disbanding := $(call game,disbanding,reference contact dynamics)
+QUICK_fdi := $(call game,fdi,model duel)
+QUICK_hvac := $(call game,hvac,reference payoff config)
+QUICK_rogue := $(call game,rogue,reference pay)
+QUICK_baselines := $(call quick,baselines,advised exhibit family recheck searched tables workers)
+QUICK_agents := $(call quick,agents,sheet commands cli evaluation_statistics league_equilibrium zoo_network)
+QUICK_paper := $(call quick,baselines,exhibit) $(call quick,agents,benchmark_tables)
+QUICK_tools := $(call quick,tools,census mutation bench)
+QUICK_docs := tests/test_words.py tests/test_repository.py tests/test_pages.py -k "not run"
+
+test-quick: $(ALL) ## run what a change breaks first, below 30 s of one core; FOR=rogue names the part that changed
+	$(if $(filter $(FOR),$(CHOICES)),,$(error FOR=$(FOR): there is no such part. Take one of $(CHOICES)))
+	$(BIN)/python -m pytest -q $(QUICK_$(FOR)) $(ARGS)
 
 test-slow: $(ALL) ## run only the tests marked slow
 	$(BIN)/python -m pytest -m slow $(ARGS)

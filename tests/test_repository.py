@@ -1,7 +1,9 @@
-"""What git keeps is small: no recording, no result of a run, no weights but those that ship."""
+"""What git keeps is small, and what `make test-quick` runs is there."""
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -19,6 +21,20 @@ def test_no_tracked_file_is_large() -> None:
     files = [ROOT / name for name in listed.split("\0") if name and name not in LARGER]
     large = {file.relative_to(ROOT).as_posix(): size for file in files if (size := _size(file)) > MOST_BYTES}
     assert not large, "keep it elsewhere, or name the picture in LARGER"
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="needs GNU make")
+def test_what_is_run_for_a_change_exists() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    choices = re.search(r"^CHOICES := (.*)", makefile, re.MULTILINE)
+    assert choices
+    for part in choices[1].split():
+        words = ["make", "--dry-run", "--silent", "test-quick", f"FOR={part}"]
+        shown = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        line = next(line for line in reversed(shown.splitlines()) if " -m pytest -q " in line)
+        files = [word for word in line.split() if word.startswith("tests/")]
+        assert files
+        assert not [file for file in files if not (ROOT / file).is_file()], f"test-quick FOR={part}"
 
 
 def _size(file: Path) -> int:
