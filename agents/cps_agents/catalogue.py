@@ -13,6 +13,7 @@ import gymnasium
 from cps_envs.core.errors import MissingExtraError, UnknownNameError
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.policies.lookup import load, policy_entry, policy_names
+from cps_envs.core.policies.policy import setting_of
 from cps_envs.core.types import ROLES, Role
 
 
@@ -23,6 +24,7 @@ class PolicyEntry:
     name: str
     summary: str  # first line of its docstring, or of its module's
     privileged: tuple[str, ...]  # what it needs to know beyond its observations; an oracle if not empty
+    plays_in: str = ""  # such as "paper", if it cannot play `learning`; else empty
     missing: str = ""  # the package without which it cannot be imported
 
 
@@ -63,7 +65,7 @@ def _describe(name: str, entry: EntryPoint) -> PolicyEntry:
         return PolicyEntry(name, "", (), missing=error.name or "")
     except UnknownNameError as error:
         return PolicyEntry(name, str(error), ())
-    return PolicyEntry(name, summary_of(target), tuple(sorted(_privileges(target))))
+    return PolicyEntry(name, summary_of(target), tuple(sorted(_privileges(target))), setting_of(target))
 
 
 def summary_of(target: Any) -> str:

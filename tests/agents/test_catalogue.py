@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import textwrap
@@ -16,8 +17,10 @@ from cps_agents.arena.table import Table
 from cps_agents.catalogue import PolicyEntry, describe_problem, pettingzoo_ids, policies
 from cps_baselines.searches import searches_of
 from cps_envs import PROBLEMS
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Later, Problem
-from cps_envs.core.policies.lookup import GROUP, resolve_policy
+from cps_envs.core.policies.lookup import GROUP, NEED_OPTIONS, resolve_policy
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import ROLES, Role
 from cps_paper.benchmark.suite import find_benchmark
 from tests.episodes import spec_of
@@ -126,7 +129,34 @@ FAULT = "the entry point hvac.attacker.mine names strange:make, but the module"
 def test_a_policy_that_cannot_be_imported_says_why(
     listed: Callable[[str, str], PolicyEntry], source: str, summary: str, missing: str
 ) -> None:
-    assert listed(source, "make") == PolicyEntry("mine", summary, (), missing)
+    assert listed(source, "make") == PolicyEntry("mine", summary, (), missing=missing)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("role", ROLES)
+def test_a_policy_that_cannot_play_learning_says_where_it_plays(name: str, role: Role) -> None:
+    """Each one is really built in `learning`, and those that refuse in the setting that they say."""
+    problem = PROBLEMS[name]
+    learning = problem.game(problem.presets["learning"], 1).spec(role)
+    for entry in policies(problem, role):
+        if entry.name in NEED_OPTIONS or entry.missing or not (refused := refusal_of(entry.name, learning)):
+            assert not entry.plays_in, entry.name
+            continue
+        preset, *fields = entry.plays_in.split(" with ")
+        overrides = {field: json.loads(value) for field, value in (each.split("=") for each in fields)}
+        resolve_policy(entry.name, spec_of(problem, role, preset, **overrides))
+        assert all(word in refused for word in fields or [preset]), entry.name
+
+
+def refusal_of(name: str, spec: RoleSpec) -> str:
+    """Why a policy cannot be built; empty if it can, or if it only lacks options, as a plan its events."""
+    try:
+        resolve_policy(name, spec)
+    except ConfigurationError as error:
+        return str(error)
+    except TypeError as error:
+        return "" if "required" in str(error) else str(error)
+    return ""
 
 
 def test_presets_and_roles_are_listed() -> None:

@@ -27,6 +27,12 @@ def test_list_names_environments_and_policies() -> None:
         assert name in printed
 
 
+def test_list_marks_policies_that_cannot_play_learning() -> None:
+    printed = succeeded("list", "hvac", "disbanding").stdout
+    for setting in ("paper", "paper with attack_budget=5"):
+        assert f"(not in learning, but in {setting})" in " ".join(printed.split())
+
+
 def test_list_as_json() -> None:
     (problem,) = (found for found in json.loads(succeeded("list", "--json").stdout) if found["name"] == "disbanding")
     policies = {role: {entry["name"]: entry for entry in found} for role, found in problem["policies"].items()}

@@ -193,7 +193,7 @@ def test_marks_lie_over_one_another_in_their_order_and_the_grid_over_bands() -> 
     assert np.array_equal(drawn([], bands=[((20, 10, 20, 40), INK)])[zero, 25], drawn([])[zero, 25])
 
 
-def test_a_dashed_level_is_drawn_only_in_range() -> None:
+def test_a_dashed_level_is_drawn_plays_in_range() -> None:
     assert np.array_equal(drawn([LevelLine(16.0, INK)]), drawn([]))
     assert not np.array_equal(drawn([LevelLine(16.0, INK, solid=True)]), drawn([]))
 

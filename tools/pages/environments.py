@@ -202,7 +202,12 @@ def _presets(problem: Problem) -> str:
 
 def _policies(entries: list[PolicyEntry]) -> str:
     rows = [
-        (f"`{each.name}`", each.summary or f"needs {each.missing}", ", ".join(each.privileged) or "-")
+        (
+            f"`{each.name}`",
+            (each.summary or f"needs {each.missing}")
+            + (each.plays_in and f" (not in `learning`, but in {each.plays_in})"),
+            ", ".join(each.privileged) or "-",
+        )
         for each in entries
     ]
     return "\n".join(Sheet("", ("Name", "What it does", "Knows beyond what it observes"), rows).markdown())

@@ -66,6 +66,7 @@ def _remark(policy: Mapping[str, Any]) -> Cell:
     if policy["missing"]:
         extra = EXTRAS[policy["missing"]]
         return styled(f'needs {policy["missing"]}: pip install "cps-envs[{extra}]"', "yellow")
-    if policy["privileged"]:
-        return styled(f"(told: {', '.join(policy['privileged'])})", "magenta", f"{policy['summary']} ")
-    return str(policy["summary"])
+    told, elsewhere = ", ".join(policy["privileged"]), policy["plays_in"]
+    marks = (f"told: {told}" if told else "", f"not in learning, but in {elsewhere}" if elsewhere else "")
+    found = "; ".join(filter(None, marks))
+    return styled(f"({found})", "magenta", f"{policy['summary']} ") if found else str(policy["summary"])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, plays_in
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Generators, Knowledge, State
 
@@ -153,6 +153,7 @@ def table_2_3(spec: RoleSpec) -> Plan:
     return Plan(spec, [(platoons, 2.0), (platoons - 1, 100.0)], from_front=True)
 
 
+@plays_in("paper with attack_budget=5")
 def every_other(spec: RoleSpec) -> Plan:
     """Disbands every other platoon from the front, one every 30 s (Fig. 2.1e)."""
     platoons = spec.config.max_platoons

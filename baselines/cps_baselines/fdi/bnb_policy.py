@@ -9,11 +9,12 @@ import numpy as np
 
 from cps_baselines.fdi.branch_and_bound import CORRECTED, SearchTables, fill_sequences, make_search
 from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
-from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Generators, IntArray, Knowledge, State
 
 
+@plays_in("paper")
 class BranchAndBound(InjectionPolicy):
     """Destabilises the attacked vehicle with the smallest injections that satisfy (3.39), or (3.40) and (3.41).
 

@@ -12,7 +12,7 @@ import numpy as np
 from cps_envs.core.compute.kernels import inlined, kernel
 from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, plays_in, repeat
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, State
 from cps_envs.fdi.config import FdiConfig
@@ -33,8 +33,8 @@ class Detector(AnalyticPolicy):
         self.config: FdiConfig = spec.config
         if self.config.estimator == "kalman":
             raise ConfigurationError(
-                f"{type(self).__name__} is for exact sensors: it would doubt noise. With estimator = "
-                f'"kalman" use chi2, cusum or bank'
+                f"{type(self).__name__} is for exact sensors, as in preset paper: it would doubt noise. "
+                f'With estimator = "kalman" use chi2, cusum or bank'
             )
 
     @abstractmethod
@@ -60,6 +60,7 @@ class Detector(AnalyticPolicy):
 HOLD_S = 2.0  # chosen
 
 
+@plays_in("paper")
 class KinematicResidual(Detector):
     """Rejects both readings of a vehicle when its range does not change at the measured rate.
 
@@ -88,6 +89,7 @@ class KinematicResidual(Detector):
         _compare_changes(seen.observation, seen.start, *layout, self.threshold_m, self.hold_steps, memory, actions)
 
 
+@plays_in("paper")
 class FrontRearRedundancy(Detector):
     """Replaces a range by the rear sensor of the vehicle ahead when the two differ.
 

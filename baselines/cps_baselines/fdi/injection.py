@@ -48,8 +48,8 @@ class InjectionPolicy(AnalyticPolicy):
         self.legal = legal
         if self.exact and self.config.estimator == "kalman":
             raise ConfigurationError(
-                f"{type(self).__name__} plans for exact front sensors and no filter. With estimator = "
-                '"kalman" use tracker, blind_tracker, swing, bang_bang or random'
+                f"{type(self).__name__} plans for exact front sensors and no filter, as in preset paper. "
+                'With estimator = "kalman" use tracker, blind_tracker, swing, bang_bang or random'
             )
         self.form = ActionForm(self.config)
 

@@ -12,7 +12,7 @@ import numpy as np
 from cps_baselines.fdi.continuation import best_from, fastest_from
 from cps_baselines.fdi.injection import InjectionPolicy, View, task_of, view_of
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, State
 from cps_envs.fdi.config import FdiConfig
@@ -34,6 +34,7 @@ class Prospect(NamedTuple):
 LOST = Prospect(NOTHING, 0.0)
 
 
+@plays_in("paper")
 class LpGreedy(InjectionPolicy):
     """Plans the fastest continuous attack at every step, and injects its first value, rounded to a legal level.
 

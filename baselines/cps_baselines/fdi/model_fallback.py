@@ -11,13 +11,14 @@ from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 
 DEVIATIONS = 5.0  # chosen: one reading in two million is beyond
 
 
+@plays_in("paper")
 class ModelFallback(Detector):
     """Rejects a reading that is more than `deviations` standard deviations off the model's prediction.
 

@@ -12,7 +12,7 @@ from cps_baselines.fdi.injection import InjectionPolicy, look, new_view
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, inlined, kernel, lend, unpack
 from cps_envs.core.errors import ConfigurationError, require
-from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.fdi.config import FdiConfig
@@ -26,6 +26,7 @@ SEARCH_S = 5.0
 WHOLE = 1e-9  # levels
 
 
+@plays_in("paper")
 class Replay(InjectionPolicy):
     """Plays the shipped optimum of the episode's task, whatever happens meanwhile.
 

@@ -18,7 +18,7 @@ from cps_baselines.hvac.moving_target import Mtd2
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.game import Game
 from cps_envs.core.game.play import play_episodes
-from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame
@@ -96,11 +96,12 @@ def calibrated_threshold(config: HvacConfig) -> float:
         if _relevant(known) == _relevant(config):
             return threshold_c2
     raise ConfigurationError(
-        "no threshold is shipped for this configuration: find one with calibrate(config).threshold_c2 of "
-        "cps_baselines.hvac.calibrated, and name the policy mtd2?threshold_c2=VALUE"
+        "no threshold is shipped for this configuration, as it is for preset paper: find one with "
+        "calibrate(config).threshold_c2 of cps_baselines.hvac.calibrated, and name the policy mtd2?threshold_c2=VALUE"
     )
 
 
+@plays_in("paper")
 def mtd2_calibrated(spec: RoleSpec, *, fallback: str = "least_mean") -> Mtd2:
     """Plays MTD2 with eps calibrated for the configuration's own mismatch between plant and model.
 

@@ -6,7 +6,7 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, final, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, final, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
@@ -16,6 +16,9 @@ from cps_envs.core.types import Array, BoolArray, Generators, Knowledge, Observa
 
 if TYPE_CHECKING:  # fields bring the compiler of kernels along
     from cps_envs.core.declare.fields import Fields
+
+Maker = TypeVar("Maker", bound=Callable[..., Any])
+PLAYS_IN = "plays_in"  # the attribute of a registered policy that says where it plays
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,22 @@ class Policy(Protocol):
         agent of its role's team sees.
         """
         ...
+
+
+def plays_in(setting: str) -> Callable[[Maker], Maker]:
+    """Say of a registered policy that cannot play `learning` where it does: "paper", "paper with attack_budget=5"."""
+
+    def mark(policy: Maker) -> Maker:
+        setattr(policy, PLAYS_IN, setting)
+        return policy
+
+    return mark
+
+
+def setting_of(policy: Any) -> str:
+    """Where a policy's class or function says that it plays; empty if it plays in `learning`."""
+    setting: str = getattr(policy, PLAYS_IN, "")
+    return setting
 
 
 def takes_masks(policy: Policy) -> bool:
