@@ -174,18 +174,6 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
                 seed=1,
                 boldness=1.0,
             ),
-            "both sensors, shielded": Golden(
-                "attacker", {"preset": "paper", "attacked": "xv2", "target": 2, "shield": True}, seed=2
-            ),
-            "look-ahead": Golden(
-                "attacker", {"preset": "paper", "attacked": "x3", "target": 4, "mask": "look_ahead"}, seed=3
-            ),
-            "shares": Golden(
-                "attacker",
-                {"preset": "paper", **INTERPRETATIONS["clip"], "attack_action": "share"},
-                seed=4,
-                boldness=1.0,
-            ),
             "listed tasks": Golden("attacker", {"preset": "paper", "tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
             "five vehicles": Golden("attacker", {"preset": "easy", "num_vehicles": 5}, seed=9, boldness=1.0),
             "instability attack": Golden(

@@ -163,7 +163,6 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
     ],
     ("fdi", "defender", "defense"): [
         *((name, {}, "estimator") for name in (HYPOTHESES, "chi2", "cusum", "bank", "informed")),
-        ("redundancy", {"share_rear_range": False}, "share_rear_range=True"),
         ("kinematic?hold_s=-1", {}, "hold_s"),
         ("model?deviations=0", {}, "deviations"),
     ],

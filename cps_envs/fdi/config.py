@@ -46,18 +46,6 @@ class FdiConfig:
     rate_resolution_mps: float = quantity(0.25, unit="m/s", low=0.001, high=50, source="section 3.5, which prints m/s2")
     max_range_injection_m: float = quantity(50.0, unit="m", low=0.001, high=1000, source=FREE)
     max_rate_injection_mps: float = quantity(10.0, unit="m/s", low=0.001, high=1000, source=FREE)
-    attack_action: str = quantity(
-        "level", choices=("level", "share"), source="chosen: injection, or share of the legal", form=("attacker",)
-    )
-    share_levels: int = quantity(
-        21, low=2, high=1001, source="chosen: from the lowest to the highest legal one", form=("attacker",)
-    )
-    mask: str = quantity(
-        "one_step", choices=("one_step", "look_ahead"), source="chosen: what counts as legal", form=("attacker",)
-    )
-    shield: bool = quantity(
-        False, source="chosen: an illegal injection is replaced by the nearest legal one", form=("attacker",)
-    )
     paid_pair: str = quantity("target", choices=("target", "any"), source="chosen: whose impact speed is paid")
     goal: str = quantity(
         "collision",
@@ -67,9 +55,6 @@ class FdiConfig:
     max_correction_mps2: float = quantity(2.0, unit="m/s2", low=0.1, high=20, source="chosen: c_max of the defender")
     correction_levels: int = quantity(
         4, low=1, high=100, source="chosen: steps between 0 and c_max", form=("defender",)
-    )
-    share_rear_range: bool = quantity(
-        True, source="chosen: the defender sees the rear range sensors too", form=("defender",)
     )
     alarm_cost_mps2: float = quantity(0.01, unit="m/s2", low=0, high=10, source="chosen: per replaced reading")
     correction_cost: float = quantity(0.01, low=0, high=10, source="chosen: times the mean size of the corrections")
@@ -128,20 +113,15 @@ class FdiConfig:
             )
 
     def _check_duel(self) -> None:
-        if self.estimator == "kalman" and (self.limits != "clip" or not self.share_rear_range):
-            raise ConfigurationError(
-                'estimator = "kalman" predicts held commands from front and rear sensors: it needs limits = "clip" and '
-                "share_rear_range = True."
-            )
+        if self.estimator == "kalman" and self.limits != "clip":
+            raise ConfigurationError('estimator = "kalman" predicts held commands: it needs limits = "clip".')
         needing = [name for name in NEED_FILTER if getattr(self, name) != getattr(type(self), name)]
         rears = any(task.sensors.has_rear for task in (self.fixed_task, *self.listed_tasks))
         if self.estimator != "kalman" and (needing or rears):
             wanted = needing[0] if needing else "an attack on a rear sensor"
             raise ConfigurationError(f'{wanted} needs estimator = "kalman", as in preset "learning".')
-        if self.gain_spread > 0 and (self.discretisation != "zohu" or self.mask != "one_step"):
-            raise ConfigurationError(
-                'gain_spread above 0 needs discretisation = "zohu" and mask = "one_step", as in preset "drawn".'
-            )
+        if self.gain_spread > 0 and self.discretisation != "zohu":
+            raise ConfigurationError('gain_spread above 0 needs discretisation = "zohu", as in preset "drawn".')
         if self.disturbance_hold_s > 0 and not is_multiple(self.disturbance_hold_s, self.dt_s):
             raise ConfigurationError(
                 f"disturbance_hold_s = {self.disturbance_hold_s} must be a multiple of dt_s = {self.dt_s}, or 0."

@@ -46,8 +46,8 @@ def step(
                     watch(episode, c, s.slot, row)
                     if not over[b]:
                         renew(episode, c, m, sensors, borrowed(attack)[b], s)
-                if not c.by_share and (last or over[b]):
-                    legal_levels(episode.error, c, m, sensors, 0, episode.legal, s)
+                if last or over[b]:
+                    legal_levels(episode.error, c, sensors, episode.legal, s)
                     close_before(episode, episode.legal)
 
 
@@ -60,7 +60,7 @@ def act(
     if defended:  # before this step's commands take the place of the last ones
         read_defense(defense, c, s.trust, s.correction)
         predict(episode, c, m, s.trust, s.error)
-    choose_levels(attack, episode.error, c, m, sensors, s)
+    choose_levels(attack, episode.error, c, sensors, s)
     inject(episode.injection, c, sensors, s.level)
     for i in range(episode.command.size):
         episode.command[i] = command(episode.error, episode.injection, c, i)
@@ -95,7 +95,7 @@ def act_filtered(episode: State, c: Constants, m: Matrices, defense: IntArray, s
 def renew(episode: State, c: Constants, m: Matrices, sensors: IntArray, attack: IntArray, s: Scratch) -> None:
     """Predict the step that begins, and take its readings with the attacker's injections, if they work already."""
     extrapolate(episode, c, m, s.error)
-    choose_levels(attack, episode.error, c, m, sensors, s)
+    choose_levels(attack, episode.error, c, sensors, s)
     if episode.step[0] < episode.onset[0]:
         fill(s.level, 0)
     inject(episode.injection, c, sensors, s.level)
@@ -186,7 +186,7 @@ def begin(batch: Batch, openings: Array, numbers: IntArray, envs: BoolArray) -> 
             sensors, target = task[: task.size - 1], task[task.size - 1]
             open_metrics(episode, c, target, batch.metrics[b : b + 1])
             place(sensors, s.slot)
-            legal_levels(episode.error, c, batch.matrices, sensors, 0, episode.legal, s)
+            legal_levels(episode.error, c, sensors, episode.legal, s)
             close_before(episode, episode.legal)
 
 

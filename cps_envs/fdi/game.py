@@ -41,8 +41,7 @@ class FdiGame(Game):
     """A game step is a sampling period of the controller; both roles decide at every one.
 
     Attacker: MultiDiscrete, one entry per attacked sensor (ranges first, by vehicle), or per sensor of the platoon
-    where tasks are drawn. In the form "level" entry a injects (a - bound) times the resolution. In the form "share" 0
-    injects nothing, and 1 to `share_levels` go evenly from the lowest to the highest legal injection.
+    where tasks are drawn. Entry a injects (a - bound) times the resolution.
     Defender: MultiDiscrete (3n,): for each reading (ranges 1..n, then range-rates) 1 = trust, 0 = replace; for each
     vehicle a correction level, `correction_levels` = none. It decides on the readings of the step before.
 
@@ -95,18 +94,15 @@ class FdiGame(Game):
         sensors = range(readings) if is_drawn(config) else np.flatnonzero(flags[0]).tolist()
         levels = [config.range_levels if sensor < readings // 2 else config.rate_levels for sensor in sensors]
         self._levels: IntArray = np.array(levels, np.int64)
-        by_level = config.attack_action == "level"
-        choices = 2 * self._levels + 1 if by_level else np.full(len(levels), config.share_levels + 1)
         doubts, corrections = [2] * readings, [2 * config.correction_levels + 1] * n
         self.action_space = {
-            "attacker": spaces.MultiDiscrete(choices),
+            "attacker": spaces.MultiDiscrete(2 * self._levels + 1),
             "defender": spaces.MultiDiscrete(doubts + corrections),
         }
         self.neutral_action = {
-            "attacker": self._levels.copy() if by_level else np.zeros(len(levels), np.int64),
+            "attacker": self._levels.copy(),
             "defender": np.array([1] * readings + [config.correction_levels] * n),
         }
-        self._masked = by_level
         self._mask_size = int((2 * self._levels + 1).sum())
         rows = [
             [j if marks[j] else -1 for j in sensors] + [task.target - 1]
@@ -140,8 +136,8 @@ class FdiGame(Game):
         return observations
 
     def action_mask(self, role: Role) -> BoolArray | None:
-        """Legal injections (B, sum of levels) in the form "level"; each sensor's row supposes that the others help."""
-        if role == "defender" or not self._masked:
+        """Legal injections (B, sum of levels); each sensor's row supposes that the others help."""
+        if role == "defender":
             return None
         masks = np.empty((self.num_envs, self._mask_size), np.int8)
         fill_masks(self.state.legal, self._levels, masks)
@@ -149,7 +145,7 @@ class FdiGame(Game):
 
     def episode_mask(self, role: Role, b: int) -> Array | None:
         """`action_mask` of one episode as int8."""
-        if role == "defender" or not self._masked:
+        if role == "defender":
             return None
         masks = np.empty((1, self._mask_size), np.int8)
         fill_masks(self.state.legal if self.num_envs == 1 else self.state.legal[b : b + 1], self._levels, masks)

@@ -4,8 +4,7 @@ A level is an injection in units of the sensor's resolution. What a set of senso
 row `base + sum(coefficient * level)` within bounds. An interval here is what a row leaves to one sensor when the other
 sensors help as much as they can: exact for one sensor, and for two of one vehicle up to rounding to levels.
 
-A vehicle's own command depends on its own two sensors alone, so that the cost is linear in the number of vehicles; what
-looks a step ahead takes every sensor into every row.
+A vehicle's own command depends on its own two sensors alone, so that the cost is linear in the number of vehicles.
 """
 
 from __future__ import annotations
@@ -15,23 +14,15 @@ import math
 from cps_envs.core.compute.kernels import fill, inlined
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.controller import feedback
-from cps_envs.fdi.state import Constants, Matrices, Scratch
+from cps_envs.fdi.state import Constants, Scratch
 
 SLACK = 1e-7  # of every test of legality and of collision, m/s2 and m
 MASK_SLACK = SLACK / 2  # so that rounding never makes an offered injection illegal
 
 
 @inlined
-def legal_levels(
-    error: FloatArray,
-    c: Constants,
-    m: Matrices,
-    sensors: IntArray,
-    num_fixed: int,
-    interval: IntArray,
-    s: Scratch,
-) -> bool:
-    """Fill the intervals (S, 2) at the error (2n,); the first `num_fixed` of `s.level` are fixed already.
+def legal_levels(error: FloatArray, c: Constants, sensors: IntArray, interval: IntArray, s: Scratch) -> bool:
+    """Fill the intervals (S, 2) at the error (2n,).
 
     Returns False where nothing is legal: a vehicle that nobody attacks has to exceed its limits, or an interval is
     empty. `s.slot` has to be that of the sensors, see `place`.
@@ -39,16 +30,12 @@ def legal_levels(
     n = error.size // 2
     for slot in range(sensors.size):
         set_box(error, c, sensors[slot], slot, interval)
-        if slot < num_fixed:
-            interval[slot, 0] = interval[slot, 1] = s.level[slot]
     possible = True
     if c.limit_commands and not c.clips:
         for i in range(n):
             if cut_own(error, c, i, interval, s):
                 continue
             possible &= inside(feedback(error, c, i), c)
-            if c.looks_ahead:
-                cut_ahead(error, c, m, i, sensors, interval, s)
     for slot in range(sensors.size):
         possible &= interval[slot, 0] <= interval[slot, 1]
     return possible
@@ -56,12 +43,9 @@ def legal_levels(
 
 @inlined
 def legal_in_slot(
-    error: FloatArray, c: Constants, m: Matrices, sensors: IntArray, slot: int, interval: IntArray, s: Scratch
+    error: FloatArray, c: Constants, sensors: IntArray, slot: int, interval: IntArray, s: Scratch
 ) -> None:
     """Fill the interval of an attacked slot, where `s.level` of the slots before it is fixed; see `legal_levels`."""
-    if c.looks_ahead:
-        legal_levels(error, c, m, sensors, slot, interval, s)
-        return
     if c.filters:
         set_box(error, c, sensors[slot], slot, interval)
         return
@@ -117,23 +101,6 @@ def cut_own(error: FloatArray, c: Constants, i: int, interval: IntArray, s: Scra
 
 
 @inlined
-def cut_ahead(
-    error: FloatArray, c: Constants, m: Matrices, i: int, sensors: IntArray, interval: IntArray, s: Scratch
-) -> None:
-    """Shrink the intervals so that a vehicle's command one step later stays possible."""
-    n, count = error.size // 2, 0
-    for slot in range(sensors.size):
-        sensor = sensors[slot]
-        if sensor >= 0:
-            s.row[count], s.which[count] = m.ahead[2 * n + sensor, i] * resolution(c, sensor, n), slot
-            count += 1
-    base = 0.0
-    for j in range(2 * n):
-        base += m.ahead[j, i] * error[j]
-    cut(base, c, s.row[:count], s.which[:count], interval)
-
-
-@inlined
 def cut(base: float, c: Constants, row: FloatArray, which: IntArray, interval: IntArray) -> None:
     """Shrink the intervals `which` (k,) so that base + row (k,) @ levels can stay within the limits of acceleration."""
     low, high = 0.0, 0.0  # of row @ levels
@@ -155,27 +122,17 @@ def cut(base: float, c: Constants, row: FloatArray, which: IntArray, interval: I
 
 
 @inlined
-def choose_levels(
-    action: IntArray, error: FloatArray, c: Constants, m: Matrices, sensors: IntArray, s: Scratch
-) -> None:
-    """Fill `s.level` (S,) from an action (S,): a level plus its bound, or a share of the legal interval.
-
-    Sensors choose in their order: what the earlier ones took narrows the interval of the later ones. Action 0 of the
-    share form injects nothing; 1 is the lowest legal level, the last one the highest. A shield takes the nearest level
-    of the interval; clipped limits do the same.
-    """
+def choose_levels(action: IntArray, error: FloatArray, c: Constants, sensors: IntArray, s: Scratch) -> None:
+    """Fill `s.level` (S,) from an action (S,): a level plus its bound. Clipped limits take the nearest possible one."""
     for slot in range(sensors.size):
         if sensors[slot] < 0:
             s.level[slot] = 0
             continue
         wish = action[slot] - (c.range_levels if sensors[slot] < c.readings // 2 else c.rate_levels)
-        if c.by_share or c.shield or c.clips:
-            legal_in_slot(error, c, m, sensors, slot, s.interval, s)
+        if c.clips:
+            set_box(error, c, sensors[slot], slot, s.interval)
             low, high = s.interval[slot, 0], s.interval[slot, 1]
-            if c.by_share:
-                share = (action[slot] - 1) / (c.share_levels - 1)
-                wish = low + math.floor(share * (high - low) + 0.5) if action[slot] > 0 and low <= high else 0
-            if low <= high and not (c.by_share and action[slot] == 0 and not c.shield and not c.clips):
+            if low <= high:
                 wish = nearest(wish, low, high)
         s.level[slot] = wish
 

@@ -54,7 +54,6 @@ def defender_fields(config: FdiConfig) -> Fields:
     furthest = config.max_range_injection_m + MAX_ERROR_GAPS * config.desired_gap_m
     fastest = config.max_rate_injection_mps + MAX_RATE_MPS
     strongest = max(config.max_acceleration_mps2, -config.min_acceleration_mps2)
-    shared = n - 1 if config.share_rear_range else 0
     rear = "range of vehicle i minus rear range of vehicle i+1"
     return Fields(
         Field("range_error", "m", -furthest, furthest, (n,), "reported range minus x_d"),
@@ -62,7 +61,7 @@ def defender_fields(config: FdiConfig) -> Fields:
         Field("range_innovation", "m", -furthest, furthest, (n,), "reported minus predicted range"),
         Field("rate_innovation", "m/s", -fastest, fastest, (n,), "reported minus predicted range-rate"),
         Field("kinematic_residual", "m", -furthest, furthest, (n,), "change of range minus mean range-rate times dt"),
-        Field("redundancy_residual", "m", -furthest, furthest, (shared,), rear),
+        Field("redundancy_residual", "m", -furthest, furthest, (n - 1,), rear),
         Field("command", "m/s2", -strongest, strongest, (n,), "applied in the last step"),
         Field("trust", "-", 0, 1, (2 * n,), "1 where the last reading was used: ranges 1..n, then range-rates"),
         Field("steps_left", "steps", 0, config.horizon, (), "until the horizon"),
@@ -127,7 +126,7 @@ def fill_defender(episode: State, c: Constants, offsets: Array, row: FloatArray)
         row[at.rate_innovation + i] = episode.reading[n + i] - episode.prediction[n + i]
         row[at.kinematic_residual + i] = episode.residual[i]
         row[at.command + i] = episode.command[i]
-        if c.share_rear_range and i < n - 1:
+        if i < n - 1:
             row[at.redundancy_residual + i] = episode.reading[i] - episode.rear[i]
     copy(episode.trust, row[at.trust :])
     row[at.steps_left] = c.horizon - episode.step[0]

@@ -43,10 +43,8 @@ tasks are drawn there is one entry per sensor of the platoon. Entry a of a range
 
 `info["action_mask"]` and `action_masks()` tell what is legal now, (3.48) to (3.50). They judge each sensor alone, and
 suppose that the other attacked sensors help. A legal move can lead to a state without a legal move, a dead end. The
-mask then offers "no injection", which also ends the episode. `mask="look_ahead"` also keeps the commands of vehicles
-that are not attacked legal one step later. It avoids many dead ends, but not all.
+mask then offers "no injection", which also ends the episode.
 
-With `attack_action="share"` an entry is 0 = inject nothing, 1 to 21 = from the lowest to the highest legal level.
 In preset `learning` the attacker chooses every 0.1 s one of 41 levels for each of 14 sensors. Entry a then injects
 (a - 20) 0.5 m or (a - 20) 0.25 m/s.
 
@@ -115,9 +113,9 @@ each vehicle change at times of their own, which nobody is told.
 {threats}
 ## Action Space
 `MultiDiscrete`, every step, decided on the readings of the step before. The first 2n entries are about readings:
-ranges of vehicles 1..n, then range-rates. 1 uses the reading, 0 replaces it. The replacement is the rear sensor of the
-vehicle ahead where that one is shared (`share_rear_range`). Otherwise it is the model's prediction, which leaves out
-the readings that are not trusted now. The last n entries correct each vehicle's acceleration in steps of 0.5 m/s2
+ranges of vehicles 1..n, then range-rates. 1 uses the reading, 0 replaces it. The replacement of a range is the rear
+sensor of the vehicle ahead. Of the lead, and of a range-rate, it is the model's prediction, which leaves out the
+readings that are not trusted now. The last n entries correct each vehicle's acceleration in steps of 0.5 m/s2
 (4 = none).
 
 In preset `learning` there are 14 readings, and the decision is about the present ones. They are the ranges at the

@@ -41,7 +41,7 @@ def predict(episode: State, c: Constants, m: Matrices, trust: FloatArray, estima
     for j in range(2 * n):
         estimate[j] = episode.reading[j]
         if trust[j] == 0:
-            estimate[j] = episode.rear[j] if has_rear_sensor(j, n, c) else episode.prediction[j]
+            estimate[j] = episode.rear[j] if has_rear_sensor(j, n) else episode.prediction[j]
     fill(episode.prediction, 0.0)
     if c.holds:
         add_product(m.hold, 0, estimate, episode.prediction)
@@ -55,9 +55,9 @@ def predict(episode: State, c: Constants, m: Matrices, trust: FloatArray, estima
 
 
 @inlined
-def has_rear_sensor(reading: int, n: int, c: Constants) -> bool:
-    """Whether the vehicle ahead measures the same range and shares it; the lead has nobody ahead."""
-    return reading < n - 1 and c.share_rear_range
+def has_rear_sensor(reading: int, n: int) -> bool:
+    """Whether the vehicle ahead measures the same range; the lead has nobody ahead."""
+    return reading < n - 1
 
 
 @inlined
@@ -75,5 +75,5 @@ def sense(episode: State, c: Constants, trust: FloatArray, offset: FloatArray) -
         episode.trust[j] = trust[j]
         offset[j] = episode.injection[j]
         if trust[j] == 0:
-            offset[j] = 0.0 if has_rear_sensor(j, n, c) else episode.prediction[j] - episode.error[j]
+            offset[j] = 0.0 if has_rear_sensor(j, n) else episode.prediction[j] - episode.error[j]
         episode.used[j] = episode.error[j] + offset[j]

@@ -94,14 +94,11 @@ class Constants(NamedTuple):
     rate_resolution_mps: float
     range_levels: int
     rate_levels: int
-    share_levels: int
     correction_levels: int
     alarm_cost_mps2: float
     correction_cost: float
     limit_commands: bool
     limit_readings: bool
-    shield: bool
-    share_rear_range: bool
     gap_spread_m: float
     speed_spread_mps: float
     disturbance_mps2: float
@@ -113,8 +110,6 @@ class Constants(NamedTuple):
     alarm_steps: int
     correction_step_mps2: float
     clips: bool  # limits = "clip"
-    looks_ahead: bool  # mask = "look_ahead"
-    by_share: bool  # attack_action = "share"
     pays_any: bool  # paid_pair = "any"
     pays_growth: bool  # goal = "instability"
     draws: bool  # resets draw the task
@@ -130,8 +125,6 @@ def constants_of(config: FdiConfig) -> Array:
     derived = {
         "correction_step_mps2": config.max_correction_mps2 / config.correction_levels,
         "clips": config.limits == "clip",
-        "looks_ahead": config.mask == "look_ahead",
-        "by_share": config.attack_action == "share",
         "pays_any": config.paid_pair == "any",
         "pays_growth": config.goal == "instability",
         "draws": bool(config.tasks),
@@ -153,7 +146,6 @@ class Matrices(NamedTuple):
 
     step: FloatArray  # (5n, 2n): A, B, correction
     hold: FloatArray  # (3n, 2n): A_d, B_d
-    ahead: FloatArray  # (4n, n): A_2 A, A_2 B, the commands one step later if no sensor is falsified then
     spread: FloatArray  # (2n, 2n) by which a step's disturbances widen the filter's covariance
 
 
@@ -164,7 +156,6 @@ def matrices_of(config: FdiConfig) -> Matrices:
         spread=disturbance_covariance(config),
         step=np.ascontiguousarray(np.hstack([model.transition, model.injection, model.correction]).T),
         hold=np.ascontiguousarray(np.hstack([model.coast, model.command]).T),
-        ahead=np.ascontiguousarray(np.hstack([model.feedback @ model.transition, model.feedback @ model.injection]).T),
     )
 
 

@@ -58,17 +58,17 @@ def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) 
 
 def test_each_gets_the_form_it_was_trained_with(tmp_path: Path) -> None:
     path = tmp_path / "tiny.json"
-    save_tiny(path, "fdi", "attacker", preset="easy", overrides={"attack_action": "share"})
+    save_tiny(path, "fdi", "attacker", preset="easy")
     config = find_problem("fdi").config("paper", {"attacked": "x1", "target": 1})
-    assert form_of(f"zoo:{path}", config) == {"attack_action": "share", "tasks": "x1>1"}
+    assert form_of(f"zoo:{path}", config) == {"tasks": "x1>1"}
     assert form_of("oracle", config) == {}
     venue = Venue("fdi", "paper", {"attacked": "x1", "target": 1})
     attackers = [Contestant(f"zoo:{path}"), Contestant("oracle")]
     table = Table(venue, attackers, [Contestant("none")], 2, judged="attacker")
     trained, oracle = (table.meetings(pair) for pair in table.pairs)
     assert len(trained) == 2
-    assert trained[0].venue.overrides["attack_action"] == "share"
-    assert "attack_action" not in oracle[0].venue.overrides
+    assert trained[0].venue.overrides["tasks"] == "x1>1"
+    assert "tasks" not in oracle[0].venue.overrides
     assert len(scores([meeting.run() for meeting in trained], "impact_speed_mps", "oracle_value_mps")) == 2
     assert scores([oracle[0].run()], "impact_speed_mps", "oracle_value_mps").mean() == pytest.approx(1.0)
 

@@ -78,26 +78,26 @@ def test_the_usual_policies_take_part(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
     fits, other = tmp_path / "fits.json", tmp_path / "other.json"
-    save_tiny(fits, "fdi", "attacker", overrides={"attack_action": "share"})
-    save_tiny(other, "rogue", "attacker")
+    save_tiny(fits, "fdi", "defender", overrides={"correction_levels": 2})
+    save_tiny(other, "rogue", "defender")
     venue = Venue("fdi", "paper", {})
     references: dict[Role, list[str]] = {
-        "attacker": [
+        "attacker": ["oracle"],
+        "defender": [
             f"zoo:{fits}",
             f"zoo:{other}",
             "random?chance=1",
             "tests.agents.players:Constant?value=0.5",
-            "oracle",
+            "none",
         ],
-        "defender": ["none"],
     }
     found = play(tmp_path / "cells", references, venue, 1)
     reasons = {reference: reason for (_, reference), reason in found.left_out.items()}
     assert set(reasons) == {f"zoo:{other}", "random?chance=1", "tests.agents.players:Constant?value=0.5"}
-    assert "trained as attacker of rogue" in reasons[f"zoo:{other}"]
+    assert "trained as defender of rogue" in reasons[f"zoo:{other}"]
     assert "has no option" in reasons["random?chance=1"]
     assert "impossible actions" in reasons["tests.agents.players:Constant?value=0.5"]
-    assert found.table.attackers[0].overrides == {"attack_action": "share"}
+    assert found.table.defenders[0].overrides == {"correction_levels": 2}
 
 
 def test_a_form_that_makes_no_configuration_is_refused(tmp_path: Path) -> None:
@@ -202,12 +202,12 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
 
 def test_a_trained_policy_whose_form_the_preset_refuses_is_left_out(tmp_path: Path) -> None:
     tiny = f"zoo:{tmp_path / 'tiny.json'}"
-    form = {"attack_action": "share", "mask": "look_ahead"}
-    save_tiny(tmp_path / "tiny.json", "fdi", "attacker", preset="easy", overrides=form)
-    references: dict[Role, list[str]] = {"attacker": [tiny, "none"], "defender": ["none"]}
-    found = play(tmp_path / "cells", references, Venue("fdi", "learning"), 1)
-    assert list(found.left_out) == [("attacker", tiny)]
-    assert "gain_spread above 0 needs" in found.left_out["attacker", tiny]
+    slow = {"control_period_s": 0.2, "attack_hold_s": 0.2}  # of these a defender brings the first along
+    save_tiny(tmp_path / "tiny.json", "rogue", "defender", overrides=slow)
+    references: dict[Role, list[str]] = {"attacker": ["none"], "defender": [tiny, "pd"]}
+    found = play(tmp_path / "cells", references, VENUE, 1)
+    assert list(found.left_out) == [("defender", tiny)]
+    assert "attack_hold_s" in found.left_out["defender", tiny]
 
 
 def test_who_cannot_meet_the_others_is_left_out(tmp_path: Path) -> None:

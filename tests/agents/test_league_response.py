@@ -133,17 +133,17 @@ def test_an_opponent_that_cannot_play_is_an_error(tmp_path: Path) -> None:
 
 
 def test_a_response_is_looked_for_where_the_opponent_learned(tmp_path: Path) -> None:
-    save_tiny(tmp_path / "share.json", "fdi", "attacker", overrides={"attack_action": "share", "disturbance_mps2": 0.3})
-    strategy, usual = mix(["random", f"zoo:{tmp_path}/share.json"]), usual_recipe("fdi", "defender")
+    save_tiny(tmp_path / "tiny.json", "fdi", "defender", overrides={"correction_levels": 2, "disturbance_mps2": 0.3})
+    strategy, usual = mix(["random", f"zoo:{tmp_path}/tiny.json"]), usual_recipe("fdi", "attacker")
     venue = venue_against(strategy, usual, None, {})
     assert (venue.preset, venue.overrides["disturbance_mps2"]) == ("paper", 0.3)
     assert venue_against(strategy, usual, None, {"disturbance_mps2": 0.2}).overrides["disturbance_mps2"] == 0.2
     chosen = venue_against(strategy, usual, "easy", {})
     assert (chosen.preset, chosen.overrides) == ("easy", {})
-    (ppo,) = in_venue(choose_oracles("fdi", "defender"), chosen, {})
+    (ppo,) = in_venue(choose_oracles("fdi", "attacker"), chosen, {})
     assert ppo.recipe is not None
-    tuned = against(ppo.recipe, Question("defender", strategy, chosen, 1), "response")
-    assert (tuned.preset, tuned.overrides["attack_action"]) == ("easy", "share")
+    tuned = against(ppo.recipe, Question("attacker", strategy, chosen, 1), "response")
+    assert (tuned.preset, tuned.overrides["correction_levels"]) == ("easy", 2)
     assert mix([tuned.opponent]).policies == strategy.policies
     assert venue_against(mix(["random"]), usual, None, {}).preset == usual.preset
     with pytest.raises(CommandError, match="choose one with --set a="):

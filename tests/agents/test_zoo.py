@@ -94,7 +94,7 @@ def test_masks_are_obeyed(tmp_path: Path) -> None:
 
 def test_says_what_does_not_fit(tmp_path: Path) -> None:
     card = tmp_path / "tiny.json"
-    save_tiny(card, "fdi", "attacker", preset="easy", overrides={"attack_action": "share"})
+    save_tiny(card, "fdi", "attacker", preset="easy")
     problem = find_problem("fdi")
     game = problem.game(problem.config("paper", {}), 1)
     with pytest.raises(ConfigurationError, match="play it in the configuration of its card, preset 'easy'"):

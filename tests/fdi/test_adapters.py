@@ -69,8 +69,6 @@ def test_an_attacker_is_active_from_shortly_before_its_lies_work() -> None:
 def test_without_a_filter_there_is_nobody_to_lie_to(preset: str) -> None:
     with pytest.raises(ConfigurationError, match='estimator = "kalman"'):
         Motion(spec_of("attacker", preset=preset))
-    with pytest.raises(ConfigurationError, match="attack_action"):
-        Motion(spec_of("attacker", preset="learning", attack_action="share"))
 
 
 def test_a_fixed_task_has_slots_for_its_sensors_only() -> None:

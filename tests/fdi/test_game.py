@@ -145,28 +145,6 @@ def test_a_dead_end_offers_no_injection() -> None:
             assert game.metrics()["illegal"][0] == 1
 
 
-def test_a_shield_takes_the_nearest_legal_level() -> None:
-    game = started(attacked="x1", target=1, shield=True)
-    go(game, [50])
-    assert game.episode(0).injection[0] == 10 * game.config.range_resolution_m
-    assert not game.terminated[0]
-
-
-def test_two_sensors_of_a_vehicle_share_its_limits() -> None:
-    game = started(attacked="xv1", target=1, shield=True)
-    go(game, [40, 40])  # 20 m alone would be 20 m/s2: the range-rate helps as far as it can
-    memory = game.episode(0)
-    assert memory.command[0] == pytest.approx(game.config.max_acceleration_mps2, abs=0.75)
-    assert not game.terminated[0]
-
-
-def test_shares_go_from_the_lowest_to_the_highest_legal_level() -> None:
-    for action, level in ((0, 0), (1, -10), (11, 0), (21, 10)):
-        game = started(attacked="x1", target=1, attack_action="share")
-        game.advance({"attacker": np.array([[action]])}, np.ones(1, bool), 1)
-        assert game.episode(0).injection[0] == level * 0.5
-
-
 def collision(target: int = 4, **overrides: Any) -> tuple[FdiGame, float]:
     """Brake, then accelerate as hard as is legal, until somebody collides."""
     game, total = started(attacked="x4", target=target, **overrides), 0.0
@@ -298,12 +276,8 @@ def test_the_largest_injections_are_seen_as_one() -> None:
         assert game.observe("attacker")[0, game.fields["attacker"].slices["injection"]].tolist() == [sign, sign]
 
 
-@pytest.mark.parametrize("shared", [True, False])
-def test_the_defender_sees_what_is_reported_and_how_far_it_lies_off_the_model(shared: bool) -> None:
-    game, generator = (
-        started(**CLIP, attacked="xv2", target=2, share_rear_range=shared),
-        np.random.default_rng(6),
-    )
+def test_the_defender_sees_what_is_reported_and_how_far_it_lies_off_the_model() -> None:
+    game, generator = started(**CLIP, attacked="xv2", target=2), np.random.default_rng(6)
     for _ in range(6):
         go(game, generator.integers(-3, 4, 2), generator.integers(0, 2, 8), generator.integers(-2, 3, 4))
     state, off = game.episode(0), game.episode(0).reading - game.episode(0).prediction
@@ -318,8 +292,6 @@ def test_the_defender_sees_what_is_reported_and_how_far_it_lies_off_the_model(sh
         "trust": state.trust,
         "steps_left": game.horizon - 6,
     }
-    if not shared:
-        del expected["redundancy_residual"]
     view = {name: values for name, values in seen(game, "defender").items() if np.size(values)}
     assert view.keys() == expected.keys()
     for name, values in expected.items():

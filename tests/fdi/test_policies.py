@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_baselines.fdi import replay_policy
-from cps_baselines.fdi.action_form import ActionForm, to_share
+from cps_baselines.fdi.action_form import ActionForm
 from cps_baselines.fdi.bnb_policy import BranchAndBound
 from cps_baselines.fdi.branch_and_bound import find_injections, make_search
 from cps_baselines.fdi.random_injection import RandomInjection
@@ -39,19 +39,6 @@ def test_replay_attains_the_shipped_value(record: Record) -> None:
     assert outcome["return"][0] == pytest.approx(record.value_mps, abs=1e-4)
     assert outcome["return"][0] <= record.bound_mps + 1e-5
     assert outcome["bound_valid"][0] == 1
-
-
-@pytest.mark.parametrize("record", SINGLE[::6], ids=lambda record: str(record.task))
-def test_replay_says_the_same_in_shares(record: Record) -> None:
-    outcome = replayed(record, attack_action="share")
-    assert outcome["return"][0] == pytest.approx(record.value_mps, abs=1e-4)
-
-
-def test_replay_in_shares_is_near_with_both_sensors_of_a_vehicle() -> None:
-    both = [record for record in FEASIBLE if record not in SINGLE]
-    ratios = [replayed(record, attack_action="share")["return"][0] / record.value_mps for record in both]
-    assert max(ratios) <= 1.001
-    assert np.mean(np.array(ratios) > 0.999) > 0.6
 
 
 def test_replay_knows_the_task_that_was_drawn() -> None:
@@ -193,20 +180,9 @@ def test_lp_greedy_never_exceeds_the_bound_and_refuses_nonsense() -> None:
         play("lp_greedy?max_steps=0")
 
 
-@given(st.integers(-40, 0), st.integers(0, 40), st.integers(2, 60), st.integers(-45, 45))
-def test_shares_say_the_nearest_level(low: int, high: int, count: int, level: int) -> None:
-    action, said = to_share(level, low, high, count)
-    choices = [0, *(low + np.floor(part / (count - 1) * (high - low) + 0.5) for part in range(count))]
-    assert 0 <= action <= count
-    assert said == choices[action]
-    if high - low < count and low <= level <= high:
-        assert said == level
-
-
 @pytest.mark.parametrize("task", TASKS)
-@pytest.mark.parametrize("form", ["level", "share"])
-def test_actions_inject_the_levels_that_they_stand_for(task: str, form: str) -> None:
-    config = FDI.config("paper", {**task_settings(task), "attack_action": form})
+def test_actions_inject_the_levels_that_they_stand_for(task: str) -> None:
+    config = FDI.config("paper", task_settings(task))
     game, translator, generator = FDI.game(config, 1), ActionForm(config), np.random.default_rng(0)
     everything = np.ones((1, len(translator.sensors)), np.bool_)
     game.reset(np.ones(1, np.bool_), [generator])

@@ -1,14 +1,13 @@
-"""Between levels and an attacker's actions, in both forms that the environments take."""
+"""Between levels and an attacker's actions."""
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.compute.holding import hold
-from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, lend, unpack
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel, lend, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import legal_in_slot, place
@@ -21,7 +20,6 @@ class Form(NamedTuple):
 
     sensors: IntArray  # (S,) readings
     bounds: IntArray  # (S,) largest levels
-    share_levels: IntArray  # (1,) of the form "share"; 0 in the form "level"
     target: IntArray  # (1,) index of the target vehicle of the fixed task
     offsets: Array  # (1,) where the fields of an observation begin
     scale: FloatArray  # (2, size) of their encoding
@@ -42,12 +40,10 @@ class ActionForm:
         self.sensors: IntArray = np.arange(readings) if is_drawn(config) else np.flatnonzero(attacked)  # (S,) readings
         ranges = self.sensors < readings // 2
         self.bounds: IntArray = np.where(ranges, config.range_levels, config.rate_levels)  # (S,) levels
-        self.share_levels = config.share_levels if config.attack_action == "share" else 0
         fields = attacker_fields(config)
         form = Form(
             sensors=self.sensors,
             bounds=self.bounds,
-            share_levels=np.array([self.share_levels]),
             target=np.array([config.target - 1]),
             offsets=fields.offsets,
             scale=fields.scale,
@@ -83,8 +79,8 @@ class ActionForm:
         return actions, levels
 
     def masks(self, masks: BoolArray | None, num_envs: int) -> BoolArray:
-        """The masks that `interval_of` looks at: those of the form "level", if there are any, else (B, 0)."""
-        if masks is not None and not self.share_levels:
+        """The masks that `interval_of` looks at, (B, 0) if there are none."""
+        if masks is not None:
             return masks
         return np.zeros((num_envs, 0), np.bool_)
 
@@ -125,7 +121,7 @@ def interval_of(
     """The lowest and the highest legal level of a slot; 0 and 0 where there is none, or it is not attacked."""
     if slots.sensors[slot] < 0:
         return 0, 0
-    legal_in_slot(error, c, form.matrices, slots.sensors, slot, slots.s.interval, slots.s)
+    legal_in_slot(error, c, slots.sensors, slot, slots.s.interval, slots.s)
     low, high = slots.s.interval[slot, 0], slots.s.interval[slot, 1]
     if mask.size > 0:
         middle = form.bounds[slot]
@@ -141,35 +137,12 @@ def interval_of(
 
 
 @inlined
-def take(form: Form, slots: Slots, slot: int, wish: int, low: int, high: int) -> int:
+def take(form: Form, slots: Slots, slot: int, wish: int) -> int:
     """The action that injects a wished level, or the nearest that can be said, which is noted for the later slots."""
-    bound, count = form.bounds[slot], form.share_levels[0]
-    level = max(-bound, min(bound, wish)) if slots.sensors[slot] >= 0 else 0
-    if count == 0:
-        slots.s.level[slot] = level
-        action: int = level + bound
-        return action
-    action, slots.s.level[slot] = to_share(level, low, high, count)
+    bound = form.bounds[slot]
+    slots.s.level[slot] = max(-bound, min(bound, wish)) if slots.sensors[slot] >= 0 else 0
+    action: int = slots.s.level[slot] + bound
     return action
-
-
-@inlined
-def to_share(level: int, low: int, high: int, count: int) -> tuple[int, int]:
-    """The action of the form "share" and the level that it injects: the nearest that this form can say.
-
-    It says every legal level where there are at most `count` of them.
-    """
-    if level == 0:
-        return 0, 0
-    part = clip((level - low) / max(high - low, 1), 0.0, 1.0)
-    action = 1 + int(np.rint(part * (count - 1)))
-    return action, said(action, low, high, count)
-
-
-@inlined
-def said(action: int, low: int, high: int, count: int) -> int:
-    """The level behind an action of the form "share", as in `legality.choose_levels`."""
-    return low + math.floor((action - 1) / (count - 1) * (high - low) + 0.5) if action > 0 else 0
 
 
 @inlined
@@ -188,7 +161,7 @@ def say(
     for slot in range(wishes.size):
         low, high = interval_of(form, c, error, slots, slot, mask)
         wish = wishes[slot]
-        actions[slot] = take(form, slots, slot, min(max(wish, low), high) if legal else wish, low, high)
+        actions[slot] = take(form, slots, slot, min(max(wish, low), high) if legal else wish)
         levels[slot] = slots.s.level[slot]
 
 

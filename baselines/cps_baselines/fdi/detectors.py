@@ -98,14 +98,12 @@ class FrontRearRedundancy(Detector):
     range and all range-rates have no second sensor.
 
     Raises:
-        ConfigurationError: the defender does not see the rear sensors, or a negative time.
+        ConfigurationError: a negative time.
     """
 
     def __init__(self, spec: RoleSpec, *, hold_s: float = HOLD_S) -> None:
         super().__init__(spec)
         self.hold_steps = hold_steps(self.config, hold_s)
-        if not self.config.share_rear_range:
-            raise ConfigurationError(f"{type(self).__name__} compares range sensors: it needs share_rear_range=True")
 
     def blank(self, envs: int) -> IntArray:
         """Steps (B, n - 1) for which a range stays doubted."""

@@ -40,7 +40,7 @@ class ModelFallback(Detector):
         sources = np.where(np.arange(n) < n - 1, 2, 1)  # independent disturbances in a pair; the reference has none
         variance = sources * bounds(config.disturbance_mps2)[1] ** 2
         self._growth: FloatArray = variance[:, np.newaxis] * np.array([dt_s**4 / 4, dt_s**3 / 2, dt_s**2])
-        self._known = (np.arange(n) < n - 1) & config.share_rear_range  # pairs whose range is measured twice
+        self._known = np.arange(n) < n - 1  # pairs whose range is measured twice
 
     def blank(self, envs: int) -> FloatArray:
         """Covariances (B, n, 3) of gap error and relative speed: xx, xv, vv; the start is known exactly."""

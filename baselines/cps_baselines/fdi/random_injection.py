@@ -100,7 +100,7 @@ def _draw(
             if extremes:
                 wish = highest if wish > 0 else lowest
             wish = min(max(min(max(wish, lowest), highest), low), high)
-            actions[b, slot] = take(form, slots, slot, wish, low, high)
+            actions[b, slot] = take(form, slots, slot, wish)
 
 
 def bang_bang(spec: RoleSpec, stickiness: float = 0.8) -> RandomInjection:

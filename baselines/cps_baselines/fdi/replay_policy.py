@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, said, take
+from cps_baselines.fdi.action_form import Form, new_slots, open_slots, take
 from cps_baselines.fdi.injection import InjectionPolicy, look, new_view
 from cps_envs.core.compute.holding import hold
-from cps_envs.core.compute.kernels import borrowed, inlined, kernel, lend, unpack
+from cps_envs.core.compute.kernels import borrowed, kernel, lend, unpack
 from cps_envs.core.errors import ConfigurationError, require
 from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.policies.seen import Seen
@@ -23,7 +23,6 @@ from cps_envs.fdi.task import Task
 
 MOST_INTEGERS = 60  # horizon times sensors up to which an optimum is searched for when a policy is made
 SEARCH_S = 5.0
-WHOLE = 1e-9  # levels
 
 
 @plays_in("paper")
@@ -56,9 +55,7 @@ class Replay(InjectionPolicy):
         targets = np.array([task.target - 1 for task in tasks])
         keys = self._key(flags[:, self.form.sensors], targets)
         order = np.argsort(keys)
-        slots = self.form.sensors.tolist()
-        partners = np.array([slots.index(s + n) if s + n in slots else -1 for s in slots])
-        self._plans = hold(Plans(levels, keys[order], order, partners))
+        self._plans = hold(Plans(levels, keys[order], order))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The step (B,) at which each episode's plan starts."""
@@ -69,7 +66,7 @@ class Replay(InjectionPolicy):
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
         actions = np.empty((len(seen), len(self.form.sensors)), np.int64)
-        _play(self.form.held, self._plans, seen.observation, self.form.masks(seen.masks, len(seen)), state[0], actions)
+        _play(self.form.held, self._plans, seen.observation, state[0], actions)
         return actions, state
 
     def _onset(self, generator: np.random.Generator) -> int:
@@ -94,52 +91,23 @@ class Plans(NamedTuple):
     levels: IntArray  # (T, k, S)
     keys: IntArray  # (T,) of the tasks, sorted
     order: IntArray  # (T,) the tasks that they belong to
-    partners: IntArray  # (S,) slots of the range-rates of the vehicles whose ranges a slot is for, or -1
 
 
 @kernel
-def _play(
-    form: Form, plans: Plans, observation: Observation, masks: BoolArray, onsets: IntArray, actions: IntArray
-) -> None:
+def _play(form: Form, plans: Plans, observation: Observation, onsets: IntArray, actions: IntArray) -> None:
     """Fill the actions (B, S) for observations (B, size); the plans begin at the `onsets` (B,)."""
-    c, n, partners = unpack(Constants, form.constants, 0), form.matrices.step.shape[1] // 2, plans.partners
-    new, shown, wishes = new_slots(form, n), new_view(form, n), np.empty(form.sensors.size, np.int64)
+    c, n = unpack(Constants, form.constants, 0), form.matrices.step.shape[1] // 2
+    new, shown = new_slots(form, n), new_view(form, n)
     for b in range(actions.shape[0]):
         episode = lend(shown)
         look(form, c, borrowed(observation)[b], episode)
         slots, step, key = open_slots(form, episode.attacked, new), episode.step[0] - onsets[b], episode.target[0]
-        for slot in range(wishes.size):
+        for slot in range(form.sensors.size):
             key += n * (episode.attacked[slot] << slot)
         task = plans.order[min(np.searchsorted(plans.keys, key), plans.keys.size - 1)]
-        for slot in range(wishes.size):
-            wishes[slot] = plans.levels[task, step, slot] if 0 <= step < plans.levels.shape[1] else 0
-        for slot in range(wishes.size):
-            low, high = interval_of(form, c, episode.error, slots, slot, borrowed(masks)[b])
-            both = partners[slot] >= 0 and episode.attacked[slot] and episode.attacked[partners[slot]]
-            if form.share_levels[0] > 0 and both:
-                share_out(form, c, slot, partners[slot], low, high, borrowed(wishes))
-            actions[b, slot] = take(form, slots, slot, wishes[slot], low, high)
-
-
-@inlined
-def share_out(form: Form, c: Constants, slot: int, rate: int, low: int, high: int, wishes: IntArray) -> None:
-    """Change the wishes for a vehicle's range and range-rate so that the form "share" can say them.
-
-    It cannot say every range while the range-rate is attacked too. Of both injections only k_p d_x + k_d d_v counts:
-    the nearest range that can be said is taken with the range-rate that leaves this sum as it is. There is not always
-    one, and then this is no replay any more.
-    """
-    ratio = c.proportional_gain * c.range_resolution_m / (c.derivative_gain * c.rate_resolution_mps)
-    least, best_range, best_rate = np.inf, wishes[slot], wishes[rate]
-    for action in range(form.share_levels[0] + 1):
-        level = said(action, low, high, form.share_levels[0])
-        change = ratio * (wishes[slot] - level)
-        other = wishes[rate] + int(np.rint(change))
-        fits = abs(change - np.rint(change)) < WHOLE and abs(other) <= form.bounds[rate]
-        distance = abs(wishes[slot] - level)
-        if fits and distance < least:
-            least, best_range, best_rate = distance, level, other
-    wishes[slot], wishes[rate] = best_range, best_rate
+        for slot in range(form.sensors.size):
+            wish = plans.levels[task, step, slot] if 0 <= step < plans.levels.shape[1] else 0
+            actions[b, slot] = take(form, slots, slot, wish)
 
 
 def plan_of(config: FdiConfig, task: Task, time_limit_s: float = SEARCH_S) -> IntArray:

@@ -54,10 +54,10 @@ class Lying(Adapter):
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         config: FdiConfig = spec.config
-        if config.estimator != "kalman" or config.attack_action != "level":
+        if config.estimator != "kalman":
             raise ConfigurationError(
-                'the adapter motion lies to a filter: it needs estimator = "kalman" and attack_action = '
-                f'"level", as in preset "learning", not {config.estimator!r} and {config.attack_action!r}'
+                'the adapter motion lies to a filter: it needs estimator = "kalman", as in preset "learning", not '
+                f"{config.estimator!r}"
             )
         n, readings = config.num_vehicles, config.num_readings
         self.agents, self.fields = (spec.role,), gap_fields(config)
