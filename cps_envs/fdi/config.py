@@ -187,6 +187,11 @@ class FdiConfig:
             return ()
         return tuple(parse_task(text, self.num_vehicles) for text in self.tasks.split())
 
+    def form_like(self, trained: FdiConfig, role: str) -> dict[str, str]:
+        """What else lets a network see as in `trained`: an attacker that was told its task is told the one of here."""
+        told = role == "attacker" and trained.tasks and not self.tasks
+        return {"tasks": str(self.fixed_task)} if told else {}
+
     @property
     def range_levels(self) -> int:
         """The largest range injection in units of the resolution, (3.48)."""

@@ -13,10 +13,9 @@ import pytest
 
 import cps_baselines
 import cps_envs
-from cps_agents.arena.meeting import Meeting, attempt, identity, make_meeting
+from cps_agents.arena.meeting import Meeting, attempt
 from cps_agents.arena.play import play
-from cps_agents.arena.sources import fingerprint
-from cps_agents.arena.store import Store, _digest, file_name
+from cps_agents.arena.store import Store, _digest, file_name, fingerprint, identity
 from cps_agents.arena.table import Table
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
@@ -28,7 +27,7 @@ POLICY = "import numpy as np\nfrom tests.agents.players import Constant\nclass M
 
 
 def meeting(venue: Venue = VENUE, attacker: Contestant = NONE, label: str = "") -> Meeting:
-    return make_meeting(venue, attacker, PD, 2, label=label)
+    return Table(venue, [attacker], [PD], 2, name=label).meeting((0, 0))
 
 
 def test_who_asks_plays_no_role() -> None:

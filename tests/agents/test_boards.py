@@ -9,10 +9,10 @@ import pytest
 
 pytest.importorskip("scipy", reason="needs the baselines")
 
-from cps_agents.arena.sources import sources_of
 from cps_agents.scoring.board import FOLDER, BoardEntry, agreement, board
 from cps_agents.scoring.exploits import read_exploits
 from cps_agents.scoring.kind import kind_of
+from cps_agents.zoo.references import origin_of
 from cps_baselines.searched import found
 from cps_baselines.tracks import find_track, tracks
 
@@ -48,7 +48,7 @@ def test_two_halves_of_the_episodes_rank_entries_alike(name: str) -> None:
 def test_entries_are_of_the_networks_that_ship_and_say_what_made_them(name: str) -> None:
     track = find_track(name)
     for row in rows_of(name):
-        assert sources_of(track.problem, row.score.policy) == dict(row.score.sources), f"score {row.name} again"
+        assert origin_of(track.problem, row.score.policy).sources == dict(row.score.sources), f"score {row.name} again"
         assert row.score.kind == kind_of(track, row.score.policy), row.name
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.table import Table, scores
 from cps_agents.commands.evaluate import ranges
 from cps_agents.evaluation import Standing, is_better, worst_of
-from cps_agents.zoo.references import by_training_seed, form_of, is_missing, is_trained, weights_of
+from cps_agents.zoo.references import form_of, is_trained, origin_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
@@ -25,6 +26,14 @@ ALONE = ("--jobs", "1")
 ROGUE = ("evaluate", "rogue", "attacker", "--preset", "paper", "--set", "duration_s=4", "--defender", "pd", *ALONE)
 
 
+def seeds_of(reference: str) -> Any:
+    return origin_of("rogue", reference).seeds
+
+
+def weights_of(reference: str) -> Any:
+    return origin_of("rogue", reference).sources
+
+
 @pytest.fixture
 def tiny(tmp_path: Path) -> str:
     save_tiny(tmp_path / "tiny.json", "rogue", "attacker", overrides=SHORT, seeds=3)
@@ -32,17 +41,17 @@ def tiny(tmp_path: Path) -> str:
 
 
 def test_a_trained_policy_stands_for_its_training_seeds(tiny: str) -> None:
-    assert by_training_seed(tiny) == {seed: f"{tiny}?seed={seed}" for seed in range(3)}
+    assert seeds_of(tiny) == {seed: f"{tiny}?seed={seed}" for seed in range(3)}
     drawn = f"{tiny}?deterministic=false"
-    assert by_training_seed(drawn)[1] == f"{drawn}&seed=1"
-    assert by_training_seed(f"{tiny}?seed=2") == {None: f"{tiny}?seed=2"}
-    assert by_training_seed("square?duty=0.5") == {None: "square?duty=0.5"}
+    assert seeds_of(drawn)[1] == f"{drawn}&seed=1"
+    assert seeds_of(f"{tiny}?seed=2") == {None: f"{tiny}?seed=2"}
+    assert seeds_of("square?duty=0.5") == {None: "square?duty=0.5"}
 
 
-def test_missing_policies_are_found_inside_mixtures(tiny: str) -> None:
-    assert is_missing(f'mixture?policies=["{tiny}","zoo:nobody?seed=1","pd"]')
-    assert not is_missing(f'mixture?policies=["{tiny}","pd"]')
-    assert not is_missing("square")
+def test_a_policy_that_is_not_there_has_neither_card_nor_weights(tiny: str) -> None:
+    found = origin_of("rogue", f'mixture?policies=["{tiny}","zoo:nobody?seed=1","pd"]')
+    assert (found.card, list(found.sources)) == (None, [tiny.removeprefix("zoo:")])
+    assert origin_of("rogue", "zoo:nobody").seeds == {None: "zoo:nobody"}
 
 
 def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) -> None:

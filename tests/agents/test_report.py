@@ -20,6 +20,7 @@ from cps_agents.report.board import _training, telling
 from cps_agents.report.reel import reel_of
 from cps_agents.report.replay import MOST_FRAMES, Take, record
 from cps_agents.report.report import serve
+from cps_agents.zoo.references import origin_of
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.picture.recording import Recorder
@@ -94,10 +95,13 @@ def test_the_matrix_holds_the_meetings(folder: Path) -> None:
 
 
 def test_trained_policies_tell_how_they_came_about() -> None:
-    assert _training("zoo:hvac-attack") == "Trained by shared-ppo against `largest`, from preset `learning`."
-    assert _training("zoo:rogue-attack-self-play-1").startswith("Trained by shared-ppo against `a strategy")
-    assert "against a mixture of opponents" in _training("zoo:rogue-attack")
-    assert _training("square") == _training("zoo:missing") == ""
+    def told(reference: str) -> str:
+        return _training(origin_of("rogue", reference))
+
+    assert told("zoo:hvac-attack") == "Trained by shared-ppo against `largest`, from preset `learning`."
+    assert told("zoo:rogue-attack-self-play-1").startswith("Trained by shared-ppo against `a strategy of self-play`")
+    assert "against a mixture of opponents" in told("zoo:rogue-attack")
+    assert told("square") == told("zoo:missing") == ""
 
 
 def test_an_episode_is_the_one_that_was_played(folder: Path) -> None:

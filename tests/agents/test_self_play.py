@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import signal
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -25,7 +26,7 @@ from cps_agents.league.meetings import play_table
 from cps_agents.league.oracles import Oracle
 from cps_agents.league.response import Budget, Question, Response, Responses
 from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate, play_pool
-from cps_agents.league.self_play_report import document, draw
+from cps_agents.league.self_play_report import document, draw, play_line
 from cps_agents.league.strategy import mix
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
@@ -177,6 +178,8 @@ def test_the_report_holds_everything(tmp_path: Path, oracle: Respond) -> None:
     assert [each["iteration"] for each in found["iterations"]] == [1, 2]
     assert found["budget"] == {"iterations": 2, "steps": 40, "cpu_s": 2.0}
     assert mix([found["final"]["profile"]["defender"]["reference"]]).policies == outcome.final["defender"].policies
+    *_, option, reference = shlex.split(play_line(outcome, "defender"))
+    assert (option, mix([reference]).policies) == ("--defender", outcome.final["defender"].policies)
     left, right = draw(outcome).axes
     assert len(left.get_xticks()) == 3
     assert {text.get_text() for text in right.get_legend().get_texts()} == {

@@ -173,12 +173,12 @@ def test_commands(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", shipped_names())
 def test_shipped_policies_load(name: str) -> None:
-    card, _ = load(find(name))
+    card, _ = load(name)
     assert card.name == name
     assert card.problem in PROBLEMS
     assert find(name).with_suffix(".safetensors").stat().st_size <= 1_000_000
     for seed in card.seeds:
-        load(find(name), int(seed))
+        load(name, int(seed))
     problem = find_problem(card.problem)
     game = problem.game(problem.config(card.preset, card.overrides), 1)
     role: Any = card.role

@@ -9,9 +9,8 @@ import numpy as np
 
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
-from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.network import Network
-from cps_agents.zoo.wired import Head, card_entry
+from cps_agents.zoo.wired import Head, card_entry, count_actions
 from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.learning.wiring import Wired, Wiring
 from cps_envs.core.policies.adapter import adapter_of

@@ -12,7 +12,8 @@ READS = re.compile(
 OWN = re.compile(r"files\(|to_json\(|json\.dumps\(|rows\.append")  # data of the package, and text just written
 SHIPPED = ("cps_envs", "baselines/cps_baselines", "agents/cps_agents", "paper/cps_paper")
 ELSEWHERE = {
-    "agents/cps_agents/arena/sources.py": "hashes of the package's own sources",
+    "agents/cps_agents/arena/store.py": "hashes of the package's own sources",
+    "agents/cps_agents/zoo/references.py": "hashes of code of one's own",
     "agents/cps_agents/machine.py": "/proc/cpuinfo",
     "agents/cps_agents/commands/certify.py": "text that the program made",
     "agents/cps_agents/report/sources.py": "lines of text that documents.py has read",

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any, ClassVar, Protocol, cast
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Protocol
 
-from cps_agents.arena.sources import sources_of
 from cps_agents.errors import CommandError, explain
-from cps_agents.zoo.references import form_of
-from cps_baselines.arena import Contestant, Venue
-from cps_envs.core.declare.config import form_fields
+from cps_baselines.arena import Venue
 from cps_envs.core.documents import Entry
 from cps_envs.registration import find_problem
 
@@ -95,30 +92,3 @@ def attempt(job: Job) -> Result:
         if message is None:
             raise
         raise CommandError(f"{job.problem} {job.label}: {message}") from error
-
-
-def identity(job: Job) -> dict[str, Any]:
-    """All that a job's result depends on, as plain data: a venue counts by its configuration, a label not at all."""
-    plain = {"kind": job.kind, **asdict(cast(Any, job))}
-    plain.pop("label", None)
-    venue = getattr(job, "venue", None)
-    return plain if venue is None else {**plain, "venue": {"problem": venue.problem, "config": asdict(venue.config)}}
-
-
-def make_meeting(
-    venue: Venue, attacker: Contestant, defender: Contestant, episodes: int, first_seed: int = 0, label: str = ""
-) -> Meeting:
-    """The meeting of two contestants, in the observation and action forms that trained policies know."""
-    own, forms = {**attacker.overrides, **defender.overrides}, form_fields(venue.config)
-    config = venue.changed({name: value for name, value in own.items() if name not in forms}).config
-    for each in (attacker, defender):
-        own |= form_of(each.reference, config)
-    return Meeting(
-        venue=venue.changed(own),
-        attacker=attacker.reference,
-        defender=defender.reference,
-        episodes=episodes,
-        first_seed=first_seed,
-        sources=sources_of(venue.problem, attacker.reference, defender.reference),
-        label=label or f"{attacker.name} - {defender.name}",
-    )

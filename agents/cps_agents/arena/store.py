@@ -5,17 +5,25 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from cps_agents.arena.meeting import Job, Result, identity
-from cps_agents.arena.sources import fingerprint
+import cps_agents.zoo
+import cps_baselines
+import cps_envs
+from cps_agents.arena.meeting import Job, Result
 from cps_agents.console import to_json
 from cps_agents.files import write_json
 from cps_agents.machine import versions
+from cps_agents.zoo.card import SHIPPED
+from cps_envs import PROBLEMS
 from cps_envs.core.documents import DamagedFileError, read_entry
 
 LONGEST_NAME = 90  # of a file, before its hash
+DATA = ("*.py", "*.json", "*.csv")
+DECLARATIONS = ("benchmark.py", "searches.py", "tracks.py")  # what is played, which each piece of work tells itself
 
 
 class Store:
@@ -54,13 +62,39 @@ class Store:
 
     def _described(self, job: Job) -> dict[str, Any]:
         """The job, and what its result depends on beside it, as they come back from a file."""
-        return {"job": json.loads(to_json(identity(job))), **self._surroundings(job)}
-
-    def _surroundings(self, job: Job) -> dict[str, Any]:
-        return {"versions": self._versions, "sources": fingerprint(job.problem)}
+        surroundings = {"versions": self._versions, "sources": fingerprint(job.problem)}
+        return {"job": json.loads(to_json(identity(job))), **surroundings}
 
     def _path(self, job: Job) -> Path:
         return self.folder / file_name(job)
+
+
+def identity(job: Job) -> dict[str, Any]:
+    """All that a job's result depends on, as plain data: a venue counts by its configuration, a label not at all."""
+    plain = {"kind": job.kind, **asdict(cast(Any, job))}
+    plain.pop("label", None)
+    venue = getattr(job, "venue", None)
+    return plain if venue is None else {**plain, "venue": {"problem": venue.problem, "config": asdict(venue.config)}}
+
+
+@lru_cache
+def fingerprint(problem: str) -> str:
+    """A hash of the code and the data that a problem's results depend on, without the trained networks.
+
+    The registered problems know nothing of one another, so a change in one leaves the results of the others valid.
+    """
+    others = set(PROBLEMS) - {problem} if problem in PROBLEMS else set()
+    digest = hashlib.sha256()
+    for package in (cps_envs, cps_baselines, cps_agents.zoo):
+        root = Path(next(iter(package.__path__)))
+        found = (file for pattern in DATA for file in root.rglob(pattern))
+        for file in sorted(file for file in found if not file.is_relative_to(SHIPPED)):
+            place = file.relative_to(root)
+            if place.parts[0] in others or place.name in DECLARATIONS:
+                continue
+            digest.update(place.as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def file_name(job: Job) -> str:

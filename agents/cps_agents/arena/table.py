@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from string import Formatter
 from typing import TypeAlias
 
 import numpy as np
 
 from cps_agents.arena.admission import short_name
-from cps_agents.arena.meeting import Meeting, Result, make_meeting
-from cps_agents.zoo.references import SB3, by_training_seed
+from cps_agents.arena.meeting import Meeting, Result
+from cps_agents.zoo.references import Origin, origin_of
 from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.declare.config import form_fields
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.types import ROLES, FloatArray, Role
 from cps_envs.registration import find_problem
@@ -111,26 +113,50 @@ class Table:
 
     def meeting(self, pair: Pair) -> Meeting:
         """The one of contestants whose training seeds do not count."""
-        return self._meeting(self.pair(pair), self.episodes_of(pair), self.label(pair))
+        players = self.pair(pair)
+        return self._meeting(pair, {role: each.reference for role, each in players.items()})
 
     def meetings(self, pair: Pair) -> list[Meeting]:
         """One meeting, or one for each training seed of a policy that is judged."""
-        players, count, label = self.pair(pair), self.episodes_of(pair), self.label(pair)
+        names: dict[Role, str] = {role: each.reference for role, each in self.pair(pair).items()}
         if self.judged is None:
-            return [self._meeting(players, count, label)]
-        mine = players[self.judged]
-        seeds = by_training_seed(mine.reference)
-        folder = mine.reference.startswith(SB3) and None not in seeds  # which no policy can be looked up by
-        if len(seeds) == 1 and not folder:  # the same meeting as without the seed's number
-            return [self._meeting(players, count, label)]
+            return [self._meeting(pair, names)]
+        judged, origin = self.judged, self.origin(names[self.judged])
+        if len(origin.seeds) == 1 and (origin.card is not None or None in origin.seeds):
+            return [self._meeting(pair, names)]  # the same meeting as with the seed's number
         return [
-            self._meeting({**players, self.judged: replace(mine, policy=reference)}, count, f"{label}, seed {seed}")
-            for seed, reference in seeds.items()
+            self._meeting(pair, {**names, judged: reference}, f", seed {seed}")
+            for seed, reference in origin.seeds.items()
         ]
 
-    def _meeting(self, players: Mapping[Role, Contestant], episodes: int, label: str) -> Meeting:
-        attacker, defender = players["attacker"], players["defender"]
-        return make_meeting(self.venue, attacker, defender, episodes, self.first_seed, label=label)
+    def _meeting(self, pair: Pair, names: Mapping[Role, str], seed: str = "") -> Meeting:
+        """The meeting of these policies, in the observation and action forms that trained ones know."""
+        players = self.pair(pair)
+        origins = [self.origin(each.reference) for each in players.values()]
+        own = {name: value for each in players.values() for name, value in each.overrides.items()}
+        forms = form_fields(self.venue.config)
+        config = self.venue.changed({name: value for name, value in own.items() if name not in forms}).config
+        for each in origins:
+            own |= each.form(config)
+        return Meeting(
+            venue=self.venue.changed(own),
+            attacker=names["attacker"],
+            defender=names["defender"],
+            episodes=self.episodes_of(pair),
+            first_seed=self.first_seed,
+            sources={name: value for each in origins for name, value in each.sources.items()},
+            label=f"{self.label(pair)}{seed}",
+        )
+
+    def origin(self, reference: str) -> Origin:
+        """What lies behind a contestant's reference, looked up once."""
+        if reference not in self._origins:
+            self._origins[reference] = origin_of(self.venue.problem, reference)
+        return self._origins[reference]
+
+    @cached_property
+    def _origins(self) -> dict[str, Origin]:
+        return {}
 
 
 def scores(results: Sequence[Result], metric: str, per: str = "") -> FloatArray:

@@ -10,7 +10,6 @@ import numpy as np
 
 from cps_agents.arena.admission import admit
 from cps_agents.arena.play import finish_all, silent
-from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError, explain
@@ -23,7 +22,7 @@ from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation
 from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
-from cps_agents.zoo.references import PREFIX
+from cps_agents.zoo.references import PREFIX, origin_of
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.searches import SearchSpace
 from cps_baselines.workers import Workers
@@ -187,6 +186,7 @@ def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, ti
     opponent = question.strategy.reference
     searches = _fitting(oracle, question.role, venue)
     count, per_episode = len(searches), decisions(venue, question.role)
+    sources = origin_of(venue.problem, opponent).sources
     jobs = [
         SearchJob(
             venue,
@@ -197,7 +197,7 @@ def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, ti
             episodes=SEARCH_EPISODES,
             most_episodes=0 if budget.steps is None else max(budget.steps // (per_episode * count), 1),
             first_seed=SEARCH_START + seed * SEARCH_SEEDS,
-            sources=sources_of(venue.problem, opponent),
+            sources=sources,
         )
         for seed in budget.training_seeds
         for search in searches

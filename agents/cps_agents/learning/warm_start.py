@@ -10,7 +10,7 @@ from torch import nn
 from cps_agents.errors import CommandError
 from cps_agents.learning.policy_network import PolicyNetwork
 from cps_agents.learning.recipe import SHARED, Recipe, differing, knobs_of
-from cps_agents.zoo.files import find, load
+from cps_agents.zoo.files import load
 from cps_agents.zoo.network import Network
 from cps_agents.zoo.references import PREFIX, card_of
 from cps_envs.core.learning.wiring import Scaling
@@ -58,7 +58,7 @@ def read_start(recipe: Recipe) -> Start | None:
             f"start = {recipe.start!r} is no network of {SHARED} that sees and acts as {recipe.name!r} does: leave "
             f"start out, or name zoo:... of a run with the same {', '.join(SAME)}"
         )
-    card, network = load(find(recipe.start.removeprefix(PREFIX)))
+    card, network = load(recipe.start.removeprefix(PREFIX))
     assert isinstance(network, Network)
     scaled = card.observation_size - sum(card.actions) * (1 + card.wiring["masked"])  # the rest: last action, masks
     mean, deviation = (tuple(each[:scaled].tolist()) for each in (network.mean, network.deviation))

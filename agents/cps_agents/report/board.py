@@ -23,7 +23,7 @@ from cps_agents.errors import CommandError, explain
 from cps_agents.league.league import League, check_anybody, line_up, standings
 from cps_agents.league.meetings import LeftOut, payoffs_of
 from cps_agents.report.replay import Take
-from cps_agents.zoo.references import PREFIX, card_of, is_missing
+from cps_agents.zoo.references import PREFIX, Origin
 from cps_baselines.arena import Contestant
 from cps_baselines.workers import Workers
 from cps_envs import find_problem
@@ -151,16 +151,16 @@ def _players(board: Board, role: Role, shares: Mapping[str, float]) -> list[dict
             "name": each.name,
             "reference": each.reference,
             "trained": each.reference.startswith(PREFIX),
-            "about": about.get(each.reference.partition("?")[0], "") or _training(each.reference),
+            "about": about.get(each.reference.partition("?")[0], "") or _training(board.table.origin(each.reference)),
             "share": round(shares[f"{role} {each.name}"], 4) if shares else None,
         }
         for each in board.table.players(role)
     ]
 
 
-def _training(reference: str) -> str:
+def _training(origin: Origin) -> str:
     """How a trained policy came about, in a sentence; empty for others, and for one that is not there."""
-    card = None if is_missing(reference) else card_of(reference)
+    card = origin.card
     if card is None:
         return ""
     opponent = f"`{card.opponent}`" if len(card.opponent) <= LONGEST_NAME else "a mixture of opponents"

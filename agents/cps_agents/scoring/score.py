@@ -11,7 +11,6 @@ from typing import Any, Literal
 import numpy as np
 
 from cps_agents.arena.play import silent
-from cps_agents.arena.sources import sources_of
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.errors import CommandError
 from cps_agents.machine import versions
@@ -19,7 +18,7 @@ from cps_agents.scoring.frozen import DEV, Frozen, read_frozen, rounded, texts
 from cps_agents.scoring.kind import Kind, kind_of
 from cps_agents.scoring.playing import Report, parted, pays, seeds_of
 from cps_agents.zoo.lookup import playable
-from cps_agents.zoo.references import by_training_seed
+from cps_agents.zoo.references import origin_of
 from cps_baselines.tracks import CHALLENGE, find_track
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray
@@ -173,8 +172,9 @@ def score(
     start = time.process_time()
     frozen.check_game()
     seeds = seeds_of(found, split, found.episodes // (DEV if split == "dev" else 1))
-    if isinstance(policy, str):
-        players: Mapping[int | None, PolicyReference] = by_training_seed(policy)
+    origin = origin_of(found.problem, policy) if isinstance(policy, str) else None
+    if origin is not None:
+        players: Mapping[int | None, PolicyReference] = dict(origin.seeds)
     else:
         spec = find_problem(found.problem).game(found.venue.config, 1).spec(found.role)
         players = {None: playable(policy, spec, sampled=sampled)}
@@ -189,7 +189,7 @@ def score(
         policy=policy if isinstance(policy, str) else f"{type(policy).__module__}:{type(policy).__qualname__}",
         kind=kind or kind_of(found, policy),
         pays=paid,
-        sources=sources_of(found.problem, policy) if isinstance(policy, str) else {},
+        sources={} if origin is None else origin.sources,
         playable=isinstance(policy, str),
         cpu_s=time.process_time() - start,
     )

@@ -11,13 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from cps_agents.arena.play import silent
-from cps_agents.arena.sources import sources_of
 from cps_agents.errors import CommandError
 from cps_agents.scoring.frozen import TOLERANCE, read_frozen, read_pays
 from cps_agents.scoring.kind import KINDS, Kind
 from cps_agents.scoring.playing import answers, parted, pays, seeds_of
 from cps_agents.scoring.score import Score
-from cps_agents.zoo.references import by_training_seed
+from cps_agents.zoo.references import origin_of
 from cps_baselines.tracks import CHALLENGE, find_track
 from cps_envs.core.documents import MOST_BYTES, read_bytes, read_entry
 from cps_envs.core.policies.lookup import PolicyReference
@@ -87,10 +86,10 @@ def verify(path: Path, *, audit: bool = False, draw: int | None = None, say: Sai
     found = read_score(path)
     if not found.playable:
         raise CommandError(f"{path}: {found.policy!r} was a Python object; save it, and score its reference")
-    now = sources_of(found.frozen.track.problem, found.policy)
-    if now != dict(found.sources):
+    origin = origin_of(found.frozen.track.problem, found.policy)
+    if dict(origin.sources) != dict(found.sources):
         raise CommandError(f"{path}: networks or code of {found.policy!r} are not those that were scored: score again")
-    players: dict[int | None, PolicyReference] = dict(by_training_seed(found.policy))
+    players: dict[int | None, PolicyReference] = dict(origin.seeds)
     if {"" if seed is None else str(seed) for seed in players} != set(found.pays):
         raise CommandError(f"{path}: {found.policy!r} has other training seeds than those that were scored")
     generator = np.random.default_rng(list(hashlib.sha256(read_bytes(path, MOST_BYTES)).digest()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from cps_agents.zoo.files import find, load
+from cps_agents.zoo.files import load
 from cps_agents.zoo.numbers import NamedNumbers, member
 from cps_agents.zoo.wired import WiredPolicy, wired_policy
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
@@ -28,7 +28,7 @@ def trained(
         ValueError: a damaged file, a seed that is not in it, or no untrained network in it.
         ConfigurationError: the policy does not fit the role.
     """
-    card, network = load(find(name), seed, untrained=untrained)
+    card, network = load(name, seed, untrained=untrained)
     if isinstance(network, NamedNumbers):
         return member(spec, card, network)
     sampled = None if deterministic is None else not deterministic

@@ -10,7 +10,7 @@ import numpy as np
 
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.fitting import check_role, count_actions
+from cps_agents.zoo.wired import check_role, count_actions
 from cps_baselines.arena import Venue
 from cps_baselines.family import find_family
 from cps_envs.core.errors import ConfigurationError

@@ -10,9 +10,8 @@ from typing import Any
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
-from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.network import ACTIVATIONS, Layer, unscaled
-from cps_agents.zoo.wired import Head, card_entry, with_scaling
+from cps_agents.zoo.wired import Head, card_entry, count_actions, with_scaling
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array

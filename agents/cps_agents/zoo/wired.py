@@ -10,16 +10,18 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
+from gymnasium import spaces
 
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.fitting import check_role, count_actions
 from cps_agents.zoo.network import Network
+from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.learning.wiring import Wired, Wiring
 from cps_envs.core.policies.adapter import adapter_of
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, Generators, Knowledge, Observation, State
+from cps_envs.registration import PROBLEMS, find_problem
 
 SCALING = ("mean", "deviation")
 Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logits or means (n, k)
@@ -140,3 +142,27 @@ def wired_policy(spec: RoleSpec, card: Card, network: Network, *, sampled: bool 
             f"{dict(card.overrides)}"
         )
     return policy
+
+
+def check_role(card: Card, spec: RoleSpec) -> None:
+    """Check that a card is of this role.
+
+    Raises:
+        ConfigurationError: it is of another problem, role or version.
+    """
+    problem = find_problem(card.problem).name if ":" in card.problem else card.problem
+    if (problem, card.role) != (spec.problem, spec.role):
+        raise ConfigurationError(
+            f"{card.name} was trained as {card.role} of {card.problem}, not as {spec.role} of {spec.problem}"
+        )
+    known = PROBLEMS.get(spec.problem)
+    if known is not None and known.version != card.version:
+        raise ConfigurationError(
+            f"{card.name} was trained for version {card.version} of {card.problem}; this is {known.version}: train it "
+            "again"
+        )
+
+
+def count_actions(space: spaces.Space[Any]) -> tuple[int, ...]:
+    """Choices of each discrete entry, or (k,) for k continuous ones."""
+    return choices_of(space) or (int(np.prod(space.shape or ())),)
