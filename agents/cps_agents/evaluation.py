@@ -1,94 +1,18 @@
-"""Policies beside each other against the same opponents: what each reaches, and paired differences to the bars.
-
-What `cps-envs certify --episodes` has certified about evaluation episodes counts as metrics of these episodes.
-"""
+"""Policies beside each other against the same opponents: what each reaches, and paired differences to the bars."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from itertools import compress
-from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
-import numpy as np
-
-from cps_agents.arena.meeting import Result
 from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Table, scores
-from cps_agents.errors import CommandError
 from cps_agents.zoo.references import is_trained
 from cps_baselines.workers import Workers
-from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import FloatArray, Role, other
-from cps_envs.fdi.optima import FASTEST_MPS, PROVED, ROUNDING_MPS, STATUSES
-
-
-def stored_episodes(path: Path, config: Any) -> dict[str, Any]:
-    """The certified episodes of a file, by seed; none where there is no file.
-
-    Raises:
-        DamagedFileError: it holds something else.
-        CommandError: it holds episodes of another configuration.
-    """
-    if not path.exists():
-        return {}
-    document = read_entry(path, "file of certified episodes", "Name another file with --out, or delete it.")
-    same, rows = document["config"].value == plain_values(config), document["episodes"].entries()
-    if not same:
-        raise CommandError(
-            f"{path} holds episodes of another configuration. Name another file with --out, or delete it."
-        )
-    for row in rows.values():
-        _check(row)
-    return document["episodes"].plain()
-
-
-def certified_metrics(path: Path, config: Any, episodes: int) -> Mapping[str, FloatArray]:
-    """Bound and best known value (m/s) of the evaluation episodes, and 1 where an attack is proved optimal.
-
-    Each is (episodes,); the value is 0 where no attack is known.
-
-    Raises:
-        CommandError: the file does not have them all.
-    """
-    rows = stored_episodes(path, config)
-    if missing := [seed for seed in range(episodes) if str(seed) not in rows]:
-        raise CommandError(
-            f"{path} lacks {len(missing)} of {episodes} episodes: certify them with `cps-envs certify --episodes "
-            f"{episodes} --out {path}`, with the same preset and settings."
-        )
-    chosen = [rows[str(seed)] for seed in range(episodes)]
-    return {
-        "oracle_bound_mps": np.array([row["bound_mps"] for row in chosen]),
-        "oracle_value_mps": np.array([row["value_mps"] or 0.0 for row in chosen]),
-        "optimum_proved": np.array([float(row["status"] == PROVED) for row in chosen]),
-    }
-
-
-def _check(row: Entry) -> None:
-    """Check that a row has what is read from it, as `cps-envs certify --episodes` wrote it."""
-    row["task"].text()
-    row["status"].text(STATUSES)
-    row["wall_s"].number(0)
-    bound_mps = row["bound_mps"].number(0, FASTEST_MPS)
-    if row["value_mps"].value is not None:
-        row["value_mps"].number(0, bound_mps + ROUNDING_MPS)
-    if row["lp_mps"].value is not None:
-        row["lp_mps"].number(0, FASTEST_MPS)
-    for gain in row["gains"].rows():
-        gain.number()
-
-
-def plain_values(config: Any) -> Any:
-    """A configuration as the file has it."""
-    return json.loads(json.dumps(asdict(config)))
-
-
-Known: TypeAlias = Mapping[str, FloatArray]  # metric -> (episodes,) what is known of the episodes besides
 
 
 @dataclass(frozen=True)
@@ -133,9 +57,7 @@ class Standing:
         }
 
 
-def compare(
-    table: Table, store: Store, workers: int, report: Report = silent, known: Known | None = None
-) -> tuple[list[Standing], int]:
+def compare(table: Table, store: Store, workers: int, report: Report = silent) -> tuple[list[Standing], int]:
     """Play what `store` does not have and judge everything, opponent by opponent; also how many meetings it had."""
     with Workers(workers) as pool:
         played = play([table], store, pool, report=report)
@@ -143,23 +65,13 @@ def compare(
     values: dict[str, dict[str, FloatArray]] = {}  # by opponent and policy
     for place, results in played.results.items():
         pair = table.pair(place[1:])
-        found = [_with_known(result, table, known or {}) for result in results]
-        values.setdefault(pair[other(role)].name, {})[pair[role].name] = scores(found, table.metric, table.per)
+        values.setdefault(pair[other(role)].name, {})[pair[role].name] = scores(results, table.metric, table.per)
     standings = [
         _standing(table, role, rival.name, each.name, values[rival.name])
         for rival in table.players(other(role))
         for each in table.players(role)
     ]
     return standings, played.reused
-
-
-def _with_known(result: Result, table: Table, known: Known) -> Result:
-    """A result with what is known of its episodes; those count for which there is something to divide by."""
-    if not known:
-        return result
-    metrics = {**result["metrics"], **{name: values.tolist() for name, values in known.items()}}
-    kept = [not table.per or value != 0 for value in metrics[table.per or table.metric]]
-    return {**result, "metrics": {name: list(compress(values, kept)) for name, values in metrics.items()}}
 
 
 def _standing(table: Table, role: Role, opponent: str, name: str, values: Mapping[str, FloatArray]) -> Standing:

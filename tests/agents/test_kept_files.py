@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from cps_agents.evaluation import certified_metrics, plain_values
+from cps_agents.commands.certify import plain_values, stored_episodes
 from cps_agents.files import replacing, write_text
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
@@ -86,7 +86,7 @@ KINDS: dict[str, tuple[str, Callable[[], Any], Callable[[Path], object]]] = {
     "episodes": (
         "episodes.json",
         lambda: {"config": plain_values(A), "episodes": {"0": dict(ROW)}},
-        lambda path: certified_metrics(path, A, 1),
+        lambda path: stored_episodes(path, A),
     ),
     "league": ("rogue.json", league, lambda path: league_value(path, VENUE)),
     "iteration": ("result.json", iteration, lambda path: _load(path.parent, 0)),

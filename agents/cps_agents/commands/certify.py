@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,15 +17,24 @@ import typer
 from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
-from cps_agents.evaluation import plain_values, stored_episodes
 from cps_agents.files import alone_at, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
 from cps_baselines.fdi.sweep import Certificate, certify_all, open_tasks, paper_tasks, sweep
-from cps_envs.core.documents import read_entry
+from cps_envs.core.documents import Entry, read_entry
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.optima import KIND, REMEDY, Record, constants, from_entry, to_text
+from cps_envs.fdi.optima import (
+    FASTEST_MPS,
+    KIND,
+    REMEDY,
+    ROUNDING_MPS,
+    STATUSES,
+    Record,
+    constants,
+    from_entry,
+    to_text,
+)
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.task import Task, parse_task
 
@@ -171,7 +181,45 @@ def certify_episodes(
     else:
         _show_episodes(config, shown.items())
     note(f"{len(left)} episodes solved, {episodes - len(left)} known before: {path}")
-    note(f"`cps-envs evaluate fdi attacker --certified {path} ...` measures policies by them.")
+
+
+def stored_episodes(path: Path, config: Any) -> dict[str, Any]:
+    """The certified episodes of a file, by seed; none where there is no file.
+
+    Raises:
+        DamagedFileError: it holds something else.
+        CommandError: it holds episodes of another configuration.
+    """
+    if not path.exists():
+        return {}
+    document = read_entry(path, "file of certified episodes", "Name another file with --out, or delete it.")
+    same, rows = document["config"].value == plain_values(config), document["episodes"].entries()
+    if not same:
+        raise CommandError(
+            f"{path} holds episodes of another configuration. Name another file with --out, or delete it."
+        )
+    for row in rows.values():
+        _check(row)
+    return document["episodes"].plain()
+
+
+def _check(row: Entry) -> None:
+    """Check that a row has what is read from it, as `cps-envs certify --episodes` wrote it."""
+    row["task"].text()
+    row["status"].text(STATUSES)
+    row["wall_s"].number(0)
+    bound_mps = row["bound_mps"].number(0, FASTEST_MPS)
+    if row["value_mps"].value is not None:
+        row["value_mps"].number(0, bound_mps + ROUNDING_MPS)
+    if row["lp_mps"].value is not None:
+        row["lp_mps"].number(0, FASTEST_MPS)
+    for gain in row["gains"].rows():
+        gain.number()
+
+
+def plain_values(config: Any) -> Any:
+    """A configuration as the file has it."""
+    return json.loads(json.dumps(asdict(config)))
 
 
 def _row(certificate: Certificate) -> dict[str, Any]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -28,7 +26,7 @@ from cps_agents.commands.options import (
 )
 from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError, built_by_user
-from cps_agents.evaluation import Known, Standing, certified_metrics, compare, is_better
+from cps_agents.evaluation import Standing, compare, is_better
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Cell, Sheet, styled
@@ -57,10 +55,6 @@ def evaluate(
     ] = 0,
     metric: Annotated[str, typer.Option(help=METRIC)] = "return",
     per: Annotated[str, typer.Option(help="Divide by another metric of the episode, such as oracle_value_mps.")] = "",
-    certified: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Show shares of the certified optimum in FILE, from `certify --episodes`."),
-    ] = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     fresh: Fresh = False,
@@ -92,8 +86,7 @@ def evaluate(
     table = Table(
         venue, sides["attacker"], sides["defender"], episodes, metric, per, first_seed, judged=known, bars=bars
     )
-    table, certificates = (table, None) if certified is None else _with_certificates(table, certified)
-    standings = _compare(table, certificates, Store(meetings, fresh=fresh), jobs or available_cores())
+    standings = _compare(table, Store(meetings, fresh=fresh), jobs or available_cores())
     if as_json:
         heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values)}
         played = {"episodes": episodes, "first_seed": first_seed}
@@ -120,24 +113,9 @@ def _everybody(venue: Venue, role: Role) -> list[str]:
     return [reference for reference, admission in found if admission.plays]
 
 
-def _with_certificates(table: Table, path: Path) -> tuple[Table, Known]:
-    """The table as shares, and what a file of `cps-envs certify --episodes` knows of its episodes.
-
-    Raises:
-        CommandError: there is a defender, whom the certificates do not know, or the file does not fit.
-    """
-    opponents = (each.name for each in table.defenders)
-    if (table.venue.problem, table.judged, *opponents) != ("fdi", "attacker", "none"):
-        raise CommandError("--certified is about attackers of fdi without a defender: name the opponent none")
-    known = certified_metrics(path, table.venue.config, table.episodes)
-    found, proved = ((known[name] > 0).sum() for name in ("oracle_value_mps", "optimum_proved"))
-    note(f"{table.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
-    return replace(table, per=table.per or "oracle_bound_mps"), known
-
-
-def _compare(table: Table, known: Known | None, store: Store, workers: int) -> list[Standing]:
+def _compare(table: Table, store: Store, workers: int) -> list[Standing]:
     with built_by_user(), Progress("policies against opponents", 1) as progress:
-        standings, reused = compare(table, store, workers, progress.report, known)
+        standings, reused = compare(table, store, workers, progress.report)
     conclude([], reused)
     return standings
 
