@@ -20,7 +20,7 @@ import numpy as np
 from gymnasium import spaces
 
 import cps_envs
-from cps_baselines import SearchSpace
+from cps_baselines import Family, between
 from cps_envs import (
     AnalyticPolicy,
     CanvasViewer,
@@ -268,12 +268,9 @@ class Doubt(AnalyticPolicy):
 
 
 PLAYERS: Mapping[types.Role, str] = {"attacker": f"{__name__}:Bias", "defender": f"{__name__}:Doubt"}
-SEARCHES: Mapping[
-    types.Role, tuple[SearchSpace, ...]
-] = {  # numbers that `cps-envs best-response --oracle search` may change, and their ranges
-    "attacker": (SearchSpace("bias", PLAYERS["attacker"], {"rise_s": (1.0, 60.0)}),),
-    "defender": (SearchSpace("doubt", PLAYERS["defender"], {"threshold_m": (0.0, 0.5)}),),
-}
+# Numbers that `cps-envs best-response --oracle search` may change, and their bounds.
+BIAS = Family(f"{__name__}:TANK", "attacker", PLAYERS["attacker"], between({"rise_s": (1.0, 60.0)}))
+DOUBT = Family(f"{__name__}:TANK", "defender", PLAYERS["defender"], between({"threshold_m": (0.0, 0.5)}))
 TANK = Problem(
     name="tank",
     version=0,

@@ -43,9 +43,7 @@ JUDGING = (  # what lets policies meet and says what came out
         for name in ("best_response", "evaluate", "league", "score", "self_play")
     ),
     "baselines/cps_baselines/arena.py",
-    "baselines/cps_baselines/searches.py",
     "baselines/cps_baselines/tracks.py",
-    "baselines/cps_baselines/*/searches.py",
     "baselines/cps_baselines/*/tracks.py",
     "paper/cps_paper/benchmark",
     "paper/cps_paper/commands/benchmark.py",

@@ -113,7 +113,8 @@ def trial(path: str, limit_s: int, mutant: CodeType | None = None) -> tuple[int,
         resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s + 1))
         usual: Any = SourceFileLoader.get_code
         mine = str(ROOT / path) if mutant else ""
-        SourceFileLoader.get_code = lambda self, name: mutant if self.path == mine else usual(self, name)  # type: ignore[method-assign]
+        loader: Any = SourceFileLoader
+        loader.get_code = lambda self, name: mutant if self.path == mine else usual(self, name)
         os._exit(int(pytest.main([*PYTEST, *(each for word in shlex.split(MODULES[path]) for each in spread(word))])))
     _, status, used = os.wait4(child, 0)
     return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime

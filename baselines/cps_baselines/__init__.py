@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cps_baselines.family import Family as Family
     from cps_baselines.family import Number as Number
+    from cps_baselines.family import between as between
     from cps_baselines.hvac.calibrated import calibrate as calibrate
-    from cps_baselines.searches import SearchSpace as SearchSpace
 
 HOMES = {  # name -> module:attribute
     "Family": "cps_baselines.family:Family",
     "Number": "cps_baselines.family:Number",
-    "SearchSpace": "cps_baselines.searches:SearchSpace",
+    "between": "cps_baselines.family:between",
     "calibrate": "cps_baselines.hvac.calibrated:calibrate",  # the threshold of `mtd2` for a building of your own
 }
 __all__ = [*HOMES]

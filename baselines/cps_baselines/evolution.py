@@ -34,7 +34,7 @@ class Evolution:
         *,
         seed: int | Sequence[int],
         population: int | None = None,
-        bounds: tuple[float, float] | None = None,
+        bounds: FloatArray | None = None,  # lowest and highest point, (2, k); infinite where there is none
     ) -> None:
         cma: Any = require("cma", extra="baselines", purpose="searching numbers")
         generator = np.random.default_rng(seed)
@@ -44,13 +44,15 @@ class Evolution:
             "verbose": -9,
         }
         options |= {} if population is None else {"popsize": population}
-        options |= {} if bounds is None else {"bounds": list(bounds)}
+        if bounds is not None and np.isfinite(bounds).any():
+            options["bounds"] = [[float(end) if np.isfinite(end) else None for end in ends] for ends in bounds]
         self._strategy = cma.CMAEvolutionStrategy(origin, spread, options)
 
     @property
     def mean(self) -> FloatArray:
         """The middle of the search distribution (k,), which chance moves less than it does the best candidate."""
-        found: FloatArray = self._strategy.mean
+        strategy = self._strategy
+        found: FloatArray = strategy.gp.pheno(strategy.mean, into_bounds=strategy.boundary_handler.repair)
         return found
 
     @property

@@ -10,12 +10,13 @@ from collections.abc import Callable
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cps_agents import catalogue
 from cps_agents.arena.table import Table
 from cps_agents.catalogue import PolicyEntry, describe_problem, pettingzoo_ids, policies
-from cps_baselines.searches import searches_of
+from cps_baselines.family import families
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Later, Problem
@@ -174,10 +175,12 @@ def test_rivals_and_what_is_searched_can_be_built(problem: str, role: Role) -> N
     assert len(set(names)) == len(names)
     for reference in (*(each.reference for each in (*rivals.policies, *rivals.informed)), *rivals.constants):
         resolve_policy(reference, spec)
-    for search in searches_of(problem, role):
-        assert set(search.start) <= set(search.ranges)
-        for end in (0, 1):
-            resolve_policy(search.policy, spec, **{name: ends[end] for name, ends in search.ranges.items()})
+    for family in families(problem).values():
+        if family.role == role and family.is_bounded:
+            numbers = np.array([(number.low, number.start, number.high) for number in family.numbers])
+            assert (np.diff(numbers) >= 0).all()
+            for values in numbers.T:
+                resolve_policy(family.reference(values), spec)
 
 
 @pytest.mark.parametrize(("problem", "table"), TABLES, ids=lambda each: getattr(each, "name", each))

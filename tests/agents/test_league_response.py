@@ -26,18 +26,15 @@ from cps_agents.league.league import asked, play_league
 from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue, usual_recipe
 from cps_agents.league.report import document
 from cps_agents.league.response import Budget, Question, Response, Responses, against, limited, respond
-from cps_agents.league.search import SearchJob
 from cps_agents.league.strategy import mix
 from cps_agents.league.venues import merged, venue_against
 from cps_agents.learning import learner
-from cps_agents.learning.recipe import SEARCH, SHARED, Recipe
+from cps_agents.learning.recipe import SHARED, UNBOUNDED, Recipe
 from cps_agents.learning.shared import make_learner
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.searches import SearchSpace
 from cps_envs import find_problem
 from cps_envs.core.documents import DamagedFileError
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import ROLES, Role
 from tests.agents.command_line import invoke, refusal, succeeded
 from tests.agents.trained import save_tiny
@@ -141,8 +138,7 @@ def test_a_response_is_looked_for_where_the_opponent_learned(tmp_path: Path) -> 
     chosen = venue_against(strategy, usual, "easy", {})
     assert (chosen.preset, chosen.overrides) == ("easy", {})
     (ppo,) = in_venue(choose_oracles("fdi", "attacker"), chosen, {})
-    assert ppo.recipe is not None
-    tuned = against(ppo.recipe, Question("attacker", strategy, chosen, 1), "response")
+    tuned = against(ppo.recipes[0], Question("attacker", strategy, chosen, 1), "response")
     assert (tuned.preset, tuned.overrides["correction_levels"]) == ("easy", 2)
     assert mix([tuned.opponent]).policies == strategy.policies
     assert venue_against(mix(["random"]), usual, None, {}).preset == usual.preset
@@ -152,11 +148,12 @@ def test_a_response_is_looked_for_where_the_opponent_learned(tmp_path: Path) -> 
 
 def test_our_own_ppo_is_the_usual_oracle_and_others_are_named() -> None:
     (usual,) = choose_oracles("hvac", "defender")
-    assert (usual.name, usual.recipe) == (SHARED, find_recipe("hvac-defense"))
+    assert (usual.name, usual.recipes) == (SHARED, (find_recipe("hvac-defense"),))
     (search,) = choose_oracles("hvac", "attacker", [SEARCHES])
-    assert search.searches
+    families = {recipe.family for recipe in search.recipes}
+    assert families == {"hvac-tracker", "hvac-tracker-warm", "hvac-brink", "hvac-brink-warm"}
     (named,) = choose_oracles("fdi", "attacker", ["fdi-attack", "FdiDefense-v0"])
-    assert named.recipe == find_recipe("fdi-attack")
+    assert named.recipes == (find_recipe("fdi-attack"),)
     for name, message in (
         ("serch", "Did you mean 'search'"),
         ("hvac-attack", "not one of fdi"),
@@ -172,17 +169,17 @@ def test_learning_goes_on_with_the_best_known_network(tmp_path: Path, monkeypatc
     question = Question("attacker", mix(["none"]), venue, episodes=2, known=("none",))
     budget = Budget(1, 1, "cps-envs best-response", steps=6_400)
     store = Store(tmp_path / "meetings")
-    first = respond([Oracle(SHARED, recipe)], question, tmp_path / "a", budget, store, "test").chosen
+    first = respond([Oracle(SHARED, (recipe,))], question, tmp_path / "a", budget, store, "test").chosen
     assert first.validation > 15
     again = replace(question, known=("none", first.reference))
-    second = respond([Oracle(SHARED, recipe)], again, tmp_path / "b", budget, store, "test").chosen
+    second = respond([Oracle(SHARED, (recipe,))], again, tmp_path / "b", budget, store, "test").chosen
     run = json.loads((tmp_path / "b" / SHARED / "seed-0" / "run.json").read_text())
     assert run["recipe"]["start"] == first.reference
     rows = (tmp_path / "b" / SHARED / "seed-0" / "evaluations.jsonl").read_text().splitlines()
     assert json.loads(rows[0])["validation"] == first.validation  # before it has learned anything
     assert second.validation >= first.validation
     narrow = replace(recipe, hidden=(8, 8))
-    respond([Oracle(SHARED, narrow)], again, tmp_path / "c", replace(budget, steps=640), store, "test")
+    respond([Oracle(SHARED, (narrow,))], again, tmp_path / "c", replace(budget, steps=640), store, "test")
     assert not json.loads((tmp_path / "c" / SHARED / "seed-0" / "run.json").read_text())["recipe"]["start"]
     with pytest.raises(CommandError, match=r"start = .* is no network of shared-ppo"):
         make_learner(replace(narrow, start=first.reference), 0)
@@ -191,7 +188,7 @@ def test_learning_goes_on_with_the_best_known_network(tmp_path: Path, monkeypatc
 def test_oracles_that_cannot_are_left_out_and_validation_chooses(tmp_path: Path) -> None:
     pytest.importorskip("cma")
     searching = choose_oracles("rogue", "attacker", [SEARCHES])
-    broken = Oracle("broken", Recipe(name="x", problem="rogue", adapter="gone", overrides=VENUE.overrides))
+    broken = Oracle("broken", (Recipe(name="x", problem="rogue", adapter="gone", overrides=VENUE.overrides),))
     question = Question("attacker", mix(["pd"]), VENUE, episodes=3)
     told: list[str] = []
     budget = Budget(2, 1, "cps-envs best-response", steps=30)
@@ -200,23 +197,11 @@ def test_oracles_that_cannot_are_left_out_and_validation_chooses(tmp_path: Path)
     assert found.chosen.validation == max(each.validation for each in found.found)
     assert list(found.left_out) == ["broken"]
     assert told[0].startswith("Left out: broken: ")
-    again = respond(searching, question, tmp_path / "b", budget, Store(tmp_path / "m"), "test")
+    assert all(each.reference.startswith(("strike?", "tuned?")) for each in found.found)
+    again = respond(searching, question, tmp_path / "a", budget, Store(tmp_path / "m"), "test")
     assert again.found == found.found  # kept, and so not searched again
     with pytest.raises(CommandError, match=r"no oracle of the attacker has found a response\. broken: "):
         respond([broken], question, tmp_path / "c", budget, Store(tmp_path / "m"), "test")
-
-
-def test_a_search_goes_on_where_a_candidate_cannot_play() -> None:
-    small = {"num_platoons": 3, "vehicles_per_platoon": 2, "duration_s": 5.0}
-    venue = Venue("disbanding", "paper", small)
-    some = SearchSpace("timed", "timed?jam=9", {"first": (1.0, 9.0)}, {"first": 1.0})  # nobody can jam here
-    job = SearchJob(venue, "attacker", "none", some, 60.0, 1, 12, 1_000_000)
-    found = job.run()
-    assert found["score"] > 0
-    assert found["candidates"] > 1
-    none = replace(job, search=replace(some, ranges={"first": (4.0, 9.0)}, start={}))
-    with pytest.raises(ConfigurationError, match="does not exist"):
-        none.run()
 
 
 def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
@@ -297,6 +282,9 @@ def test_a_budget_bounds_search_and_learning_together() -> None:
     recipe = find_recipe("fdi-attack")
     assert limited(recipe, 200).total_steps == 200
     assert (limited(recipe, None).most_cpu_s, limited(recipe, None, 3.0).most_cpu_s) == (60, 3)
-    searched = Recipe("tracker", "hvac", algorithm=SEARCH, preset="learning", total_steps=9_000)
+    (search,) = choose_oracles("hvac", "attacker", [SEARCHES])
+    shared = limited(search.recipes[0], None, 8.0, sharing=4)
+    assert (shared.total_steps, shared.most_cpu_s) == (UNBOUNDED, 2.0)
+    searched = replace(search.recipes[0], total_steps=9_000)
     assert limited(searched, None) == searched
     assert limited(searched, 10 * 719 * 2).total_steps in (20, 21)  # episodes of 719 decisions and a little

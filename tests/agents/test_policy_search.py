@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import signal
 from dataclasses import replace
@@ -10,21 +11,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from safetensors.numpy import load_file, save_file
 
 pytest.importorskip("cma")
 
+import cps_agents.learning.search as module
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
-from cps_agents.learning.recipe import SEARCH, Recipe, Situation, changed
+from cps_agents.learning.recipe import UNBOUNDED, Recipe, Situation, changed
 from cps_agents.learning.run import TrainingJob
-from cps_agents.learning.search import CHECKPOINT
-from cps_agents.zoo.card import read_card
-from cps_agents.zoo.files import load
-from cps_agents.zoo.merging import merge
+from cps_agents.learning.search import CHECKPOINT, FOUND
+from cps_baselines.disbanding.families import LOCAL
 from cps_baselines.disbanding.string_controller import StringController
+from cps_baselines.family import Family, between, play_family
+from cps_envs.core.declare.seeds import TRAINING_START
 from cps_envs.core.documents import DamagedFileError
-from cps_envs.core.errors import ConfigurationError, UntrustedCodeError
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.disbanding.problem import DISBANDING
@@ -33,10 +34,10 @@ from tests.agents.command_line import refusal, succeeded
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
 SCENES = (Situation(2, "lead"), Situation(1, "table_2_3", "easy", {"attack_budget": 2}))
 RECIPE = Recipe(
-    name="disbanding-cacc",
+    name="cacc",
     problem="disbanding",
     role="defender",
-    algorithm=SEARCH,
+    algorithm="cma-es",
     family="disbanding-local",
     preset="paper",
     overrides=SHORT,
@@ -54,8 +55,14 @@ def job(folder: Path, recipe: Recipe = RECIPE, **changes: Any) -> TrainingJob:
     return TrainingJob(recipe, changes.pop("seed", 0), folder, "cps-envs train", **changes)
 
 
-def numbers(folder: Path) -> np.ndarray:
-    return load(folder / "policy.json")[1].tensors()["numbers"]
+def found_in(folder: Path, name: str = "cacc") -> dict[str, Any]:
+    """What a run has found."""
+    entry: dict[str, Any] = json.loads((folder / FOUND).read_text())[name]
+    return entry
+
+
+def numbers(folder: Path, name: str = "cacc") -> np.ndarray:
+    return np.array(list(found_in(folder, name)["numbers"].values()))
 
 
 def rows(folder: Path) -> list[dict[str, Any]]:
@@ -78,23 +85,22 @@ def test_a_run_leaves_a_better_policy_with_its_numbers(whole: Path) -> None:
     scores = [row["validation"] for row in rows(whole)]
     assert [row["steps"] for row in rows(whole)] == [0, 36, 72, 108, 144]
     assert run["best_score"] == max(scores) > scores[0]
-    card = read_card(whole / "policy.json")
-    assert (card.family, card.head, card.algorithm) == ("disbanding-local", "family", "cma-es")
-    assert card.numbers[0] == "leader.gap"
-    assert card.numbers[-1] == "other.predecessor_command"
-    assert card.seeds["0"]["validation"] == max(scores)
+    found = found_in(whole)
+    assert tuple(found["numbers"]) == LOCAL.names
+    assert (found["seed"], found["validation"], found["command"]) == (0, max(scores), "cps-envs train")
+    assert found["policy"] == run["policy"] == LOCAL.reference(numbers(whole))
 
 
-def test_a_found_policy_plays_by_its_name(whole: Path) -> None:
-    config = DISBANDING.config("paper", SHORT)
-    spec = DISBANDING.game(config, 1).spec("defender")
-    policy = resolve_policy(f"zoo:{whole}", spec)
+def test_a_found_policy_plays_as_it_is_printed(whole: Path) -> None:
+    config, reference = DISBANDING.config("paper", SHORT), found_in(whole)["policy"]
+    policy = resolve_policy(reference, DISBANDING.game(config, 1).spec("defender"))
     assert isinstance(policy, StringController)
-    found = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": f"zoo:{whole}"}, [0, 1])
+    found = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": reference}, [0, 1])
     none = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0, 1])
     assert np.all(found["velocity_error_all"] < none["velocity_error_all"])
-    with pytest.raises(ConfigurationError, match="defender of disbanding, not as attacker"):
-        resolve_policy(f"zoo:{whole}", DISBANDING.game(config, 1).spec("attacker"))
+    values = np.repeat(numbers(whole)[np.newaxis], 2, axis=0)
+    searched = play_family(LOCAL, DISBANDING, config, "lead", values, [0, 1])
+    np.testing.assert_array_equal(searched["return"], found["return"])
 
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
@@ -119,8 +125,6 @@ def test_a_stopped_search_goes_on_to_the_same_result(whole: Path, tmp_path: Path
 
 
 def test_a_generation_that_was_cut_off_is_played_again(whole: Path, tmp_path: Path, monkeypatch: Any) -> None:
-    import cps_agents.learning.search as module
-
     play, calls = module.play_scenes, []
 
     def cut_off(*arguments: Any) -> Any:
@@ -171,64 +175,63 @@ def test_recipes_that_cannot_be_searched_are_explained(tmp_path: Path) -> None:
     assert changed(RECIPE, {"scenes": [{"episodes": 2}]}).scenes == (Situation(2),)
 
 
-def copied(whole: Path, folder: Path, **changes: Any) -> Path:
-    """A card with changes beside the weights."""
-    card = json.loads((whole / "policy.json").read_text())
-    path = folder / "policy.json"
-    path.write_text(json.dumps({**card, **changes}))
-    path.with_suffix(".safetensors").write_bytes((whole / "policy.safetensors").read_bytes())
-    return path
-
-
-def test_damaged_numbers_are_refused(whole: Path, tmp_path: Path) -> None:
-    names = read_card(whole / "policy.json").numbers
-    with pytest.raises(ValueError, match="each its own"):
-        load(copied(whole, tmp_path, numbers=[*names[:-1], names[0]]))
-    with pytest.raises(ValueError, match="no other, has numbers"):
-        load(copied(whole, tmp_path, family=""))
-    with pytest.raises(ValueError, match="the card names 25"):
-        load(copied(whole, tmp_path, numbers=names[:-1]))
-    for wrong, told in (
-        ({"0/numbers": np.full(26, np.nan)}, "not finite"),
-        ({"0/numbers": np.full(26, 1e9)}, "far too large"),
-        ({"0/numbers": np.zeros(26, np.float32)}, "float32"),
-        ({"0/others": np.zeros(26)}, "one array"),
-    ):
-        path = copied(whole, tmp_path, weights="")
-        save_file(wrong, path.with_suffix(".safetensors"))
-        with pytest.raises(ValueError, match=told):
-            load(path)
-    path = copied(whole, tmp_path)
-    save_file(
-        {"0/numbers": 2.0 * load_file(whole / "policy.safetensors")["0/numbers"]}, path.with_suffix(".safetensors")
-    )
-    with pytest.raises(ValueError, match="not the weights that the card was written for"):
-        load(path)
-
-
-def test_a_card_cannot_bring_code_or_other_numbers(whole: Path, tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
-    spec = DISBANDING.game(DISBANDING.config("paper", SHORT), 1).spec("defender")
-    path = copied(whole, tmp_path, family="os:system")
-    with pytest.raises(UntrustedCodeError):
-        resolve_policy(f"zoo:{path}", spec)
-    names = read_card(whole / "policy.json").numbers
-    path = copied(whole, tmp_path, numbers=["other", *names[1:]])
-    with pytest.raises(ConfigurationError, match="other numbers than the family"):
-        resolve_policy(f"zoo:{path}", spec)
-
-
-def test_seeds_become_one_policy(whole: Path, tmp_path: Path) -> None:
+def test_seeds_are_searched_apart(whole: Path, tmp_path: Path) -> None:
     second = tmp_path / "seed-1"
     (found,) = train_all([job(second, seed=1)], 1, "tiny")
     assert found["status"] == "finished"
     assert not np.array_equal(numbers(second), numbers(whole))
-    merged = merge([whole / "policy.json", second / "policy.json"], tmp_path / "both.json")
-    assert list(merged.seeds) == ["0", "1"]
-    spec = DISBANDING.game(DISBANDING.config("paper", SHORT), 1).spec("defender")
-    policies = [resolve_policy(f"zoo:{tmp_path / 'both.json'}?seed={seed}", spec) for seed in (0, 1)]
-    feeds = [policy.gains[0, 1, -1] for policy in policies if isinstance(policy, StringController)]
-    np.testing.assert_array_equal(feeds, [numbers(folder)[-1] for folder in (whole, second)])
+
+
+HILL = Family("rogue", "attacker", "strike", between({"strike_s": (0.5, 9.0), "effort": (-1.0, 1.0)}, effort=0.9))
+
+
+@pytest.fixture
+def climbing(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Policy search on a hill, whose top lies at 80 % of each range; the first seeds of what was played."""
+    played: list[int] = []
+
+    def climb(recipe: Recipe, family: Family, values: np.ndarray, first_seed: int, times: int = 1) -> np.ndarray:
+        low, high = np.array([(number.low, number.high) for number in family.numbers]).T
+        assert ((low <= values) & (values <= high)).all()
+        if first_seed >= TRAINING_START:
+            played.append(first_seed)
+        return -np.square((values - low) / (high - low) - 0.8).sum(axis=1, keepdims=True)
+
+    monkeypatch.setattr(module, "play_scenes", climb)
+    monkeypatch.setattr(module, "family_of", lambda recipe: HILL)
+    return played
+
+
+def test_a_search_within_bounds_climbs_a_hill_and_begins_again_elsewhere(climbing: list[int], tmp_path: Path) -> None:
+    recipe = Recipe(name="hill", problem="rogue", algorithm="cma-es", population=8, total_steps=8 * 16 * 200)
+    found = learn(job(tmp_path, recipe))
+    np.testing.assert_allclose(numbers(tmp_path, "hill"), [7.3, 0.6], atol=1e-3)
+    assert found["policy"].startswith("strike?strike_s=7.")
+    assert len(set(climbing)) == 200  # fresh episodes in each generation
+    means = [row["validation"] for row in rows(tmp_path)]
+    assert any(later < earlier - 0.01 for earlier, later in itertools.pairwise(means))
+
+
+def test_cpu_time_ends_a_search_which_has_a_result_however_little_that_is(climbing: list[int], tmp_path: Path) -> None:
+    recipe = Recipe(name="hill", problem="rogue", algorithm="cma-es", total_steps=UNBOUNDED, most_cpu_s=1e-9)
+    assert learn(job(tmp_path, recipe))["policy"].startswith("strike?strike_s=")
+    assert rows(tmp_path)[0] == {"steps": 0, "validation": pytest.approx(-(0.3**2) - 0.15**2)}  # where it begins
+    assert len(climbing) < 200
+
+
+def test_a_search_goes_on_where_a_candidate_cannot_play(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small = {"num_platoons": 3, "vehicles_per_platoon": 2, "duration_s": 5.0}
+    recipe = replace(RECIPE, name="timed", role="attacker", opponent="none", overrides=small, scenes=(Situation(1),))
+    some = Family("disbanding", "attacker", "timed?jam=9", between({"first": (1.0, 9.0)}, first=1.0))
+    monkeypatch.setattr(module, "family_of", lambda recipe: some)  # nobody can jam here
+    found = learn(job(tmp_path / "some", replace(recipe, total_steps=12)))
+    assert found["best_score"] > 0
+    reached = json.loads((tmp_path / "some" / CHECKPOINT).read_text())["reached"]
+    assert min(min(row) for row in reached) == module.REFUSED
+    none = Family("disbanding", "attacker", "timed?jam=9", between({"first": (4.0, 9.0)}))
+    monkeypatch.setattr(module, "family_of", lambda recipe: none)
+    with pytest.raises(ConfigurationError, match="does not exist"):
+        learn(job(tmp_path / "none", replace(recipe, total_steps=12)))
 
 
 def test_commands(tmp_path: Path) -> None:
@@ -238,9 +241,11 @@ def test_commands(tmp_path: Path) -> None:
     assert "add --knob family=NAME" in refusal(*base, *few)
     trained = succeeded(*base, *few, "--preset", "paper", "--knob", "family=rogue-switching")
     assert "seed 0: validation" in trained.stderr
-    printed = succeeded("zoo", "show", str(tmp_path / "tiny" / "seed-0")).stdout
-    assert "front_gap" in printed
-    assert "hysteresis" in printed
+    assert "tuned?front_gap=" in trained.stderr
+    reference = found_in(tmp_path / "tiny" / "seed-0", "tiny")["policy"]
+    short = ("--preset", "paper", "--set", "duration_s=2", "--json")
+    assert "return" in succeeded("play", "rogue", "--attacker", reference, *short).stdout
+    assert "leave it out" in refusal(*base, *few, "--knob", "family=rogue-switching", "--to", str(tmp_path))
 
 
 def test_a_search_is_repeated_exactly_by_its_record(tmp_path: Path) -> None:
@@ -254,5 +259,5 @@ def test_a_search_is_repeated_exactly_by_its_record(tmp_path: Path) -> None:
     train("RogueAttack-v0", *knobs, *small, *out)
     first, again = tmp_path / "first" / "mine" / "seed-3", tmp_path / "again" / "mine" / "seed-3"
     train("--config", str(first / "run.json"), "--out", str(tmp_path / "again"))
-    assert (again / "policy.safetensors").read_bytes() == (first / "policy.safetensors").read_bytes()
+    assert found_in(again, "mine")["numbers"] == found_in(first, "mine")["numbers"]
     assert rows(again) == rows(first)

@@ -74,10 +74,6 @@ WEIGHTS: dict[str, Callable[[Tensors], None]] = {
     "no layers": lambda tensors: without(tensors, "layer"),
 }
 CARDS: dict[str, dict[str, Any]] = {
-    "hold 1.5": {"hold": 1.5},
-    "hold huge": {"hold": 10**30},
-    "hold true": {"hold": True},
-    "hold zero": {"hold": 0},
     "actions negative": {"actions": [-5]},
     "actions huge": {"actions": [10**30]},
     "actions text": {"actions": ["a"]},

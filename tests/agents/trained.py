@@ -63,7 +63,6 @@ def save_tiny(
             "activation": "tanh",
             "head": "discrete" if wired.choices else "gaussian",
             "decentralised": swarm,
-            "hold": hold,
             "observation_size": size,
             "actions": actions,
             "best": 0,

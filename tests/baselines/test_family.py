@@ -10,7 +10,7 @@ import pytest
 
 from cps_baselines.disbanding.families import BROADCAST, LOCAL, RADIO
 from cps_baselines.disbanding.string_controller import Gains, StringController, shipped_gains
-from cps_baselines.family import Family, Members, Number, families, find_family, play_family
+from cps_baselines.family import Family, Members, Number, between, families, find_family, play_family
 from cps_baselines.rogue.families import SWITCHING
 from cps_baselines.rogue.tuned import tuned
 from cps_envs import PROBLEMS
@@ -28,9 +28,31 @@ ENDING = {"on_collision": "end", "tau_s": 0.5}  # episodes end at different time
 
 def test_points_are_steps_from_the_start() -> None:
     numbers = (Number("gain", 2.0, 0.5), Number("threshold", 3.0, 0.1, by_factors=True))
-    family = Family("rogue", "attacker", numbers, lambda spec, values: tuned(spec))
-    np.testing.assert_allclose(family.values(np.array([[0.0, 0.0], [2.0, -10.0]])), [[2, 3], [3, 3 / np.e]])
+    family = Family("rogue", "attacker", "tuned", numbers)
+    points = np.array([[0.0, 0.0], [2.0, -10.0]])
+    np.testing.assert_allclose(family.values(points), [[2, 3], [3, 3 / np.e]])
+    np.testing.assert_allclose(family.points(family.values(points)), points, atol=1e-12)
     assert family.names == ("gain", "threshold")
+    assert not family.is_bounded
+
+
+def test_numbers_stay_within_their_bounds() -> None:
+    family = Family(
+        "rogue", "attacker", "strike?strike_s=2", between({"effort": (-1.0, 0.0), "period_s": (10.0, 40.0)})
+    )
+    assert family.is_bounded
+    np.testing.assert_array_equal(family.row({}), [[-0.5, 25.0]])
+    np.testing.assert_array_equal(family.values(np.array([[-9.0, 9.0]])), [[-1.0, 40.0]])
+    assert family.reference(np.array([-0.5, 25.0])) == "strike?strike_s=2&effort=-0.5&period_s=25.0"
+
+
+def test_a_policy_of_its_own_plays_each_row_of_a_family_without_a_builder() -> None:
+    config = ROGUE.config("paper", {"duration_s": 5.0})
+    alone = Family("rogue", "attacker", "tuned", SWITCHING.numbers)
+    values = np.repeat(SWITCHING.values(np.random.default_rng(0).normal(size=(2, len(alone.numbers)))), 2, axis=0)
+    found, expected = (play_family(each, ROGUE, config, "pd", values, [0, 1, 0, 1]) for each in (alone, SWITCHING))
+    for name, one in found.items():
+        np.testing.assert_array_equal(one, expected[name], name)
 
 
 def test_every_family_has_a_name_and_other_names_are_explained() -> None:

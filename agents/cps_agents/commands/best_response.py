@@ -28,7 +28,7 @@ from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, write_json
 from cps_agents.league.exploitability import Judgement, gain_over, judge, league_value, line_up_known
-from cps_agents.league.oracles import KINDS, Oracle, choose_oracles, in_venue
+from cps_agents.league.oracles import KINDS, SEARCHES, Oracle, choose_oracles, in_venue
 from cps_agents.league.report import stacked
 from cps_agents.league.response import Budget, Question, Responses, respond
 from cps_agents.league.strategy import Strategy, mix
@@ -159,7 +159,7 @@ def _question(
 ) -> tuple[Question, list[Oracle]]:
     """What is asked, and who is to respond."""
     oracles = choose_oracles(problem, mine, names or KINDS)
-    recipe = next((each.recipe for each in oracles if each.recipe is not None), usual_recipe(problem, mine))
+    recipe = next((each.recipes[0] for each in oracles if each.name != SEARCHES), usual_recipe(problem, mine))
     venue = venue_against(strategy, recipe, preset, assignments(overrides or []))
     return Question(mine, strategy, venue, episodes), oracles
 

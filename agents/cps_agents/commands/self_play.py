@@ -27,7 +27,7 @@ from cps_agents.console import assignments, err, note, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
 from cps_agents.league.bounds import LeagueOutcome, judge
 from cps_agents.league.league import asked, check_anybody, line_up
-from cps_agents.league.oracles import Oracle, choose_oracles, in_venue
+from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue
 from cps_agents.league.response import Budget
 from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate
 from cps_agents.league.self_play_report import document, draw, play_line, strategy_line, table, tell_round
@@ -94,7 +94,7 @@ def _settings(
     """One configuration for all oracles: as asked, or what the recipes need together."""
     oracles = {role: choose_oracles(problem, role, names or (SHARED,)) for role in ROLES}
     recipes = [
-        next((each.recipe for each in oracles[role] if each.recipe is not None), usual_recipe(problem, role))
+        next((each.recipes[0] for each in oracles[role] if each.name != SEARCHES), usual_recipe(problem, role))
         for role in ROLES
     ]
     venue = Venue(problem, preset or merged([{"preset": each.preset} for each in recipes], "a recipe")["preset"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -70,7 +71,7 @@ def train(
     That policy plays everywhere as zoo:FOLDER.
 
     Press Ctrl-C at any time: the policy so far is usable, and --resume continues. cma-es searches the numbers of a
-    family of policies; there a step is an episode.
+    family of policies; there a step is an episode. What it finds plays as the policy that is printed at the end.
     """
     earlier = None if config is None else read_earlier(config)
     if show or (name is None and earlier is None):
@@ -131,6 +132,10 @@ def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Traini
 def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str, Any]:
     """What came out; the policies are shipped if asked for."""
     name = runs[0].recipe.name
+    if ship is not None and runs[0].recipe.algorithm == SEARCH:
+        raise CommandError(
+            f"--to combines networks, and {SEARCH} finds numbers: leave it out, and play what is printed"
+        )
     results = train_all(runs, workers, name)
     if ship is not None:
         merge([job.card for job in runs], ship / f"{name}.json")
@@ -146,8 +151,12 @@ def _print(runs: list[TrainingJob], found: dict[str, Any]) -> None:
         (str(run["seed"]), f"{run['steps']:,}", f"{run['cpu_s']:.0f}", f"{run['best_score']:.4g}", run["folder"])
         for run in found["runs"]
     ]
-    out().print(Sheet(found["recipe"], ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
-    note(f"Play one with --{runs[0].recipe.role} zoo:{runs[0].folder}")
+    searched = runs[0].recipe.algorithm == SEARCH
+    columns = ("seed", "steps", "CPU s", "best validation", "folder" if searched else "zoo:")
+    out().print(Sheet(found["recipe"], columns, rows))
+    best = max(found["runs"], key=lambda run: float(run["best_score"]))
+    played = shlex.quote(best["policy"]) if searched else f"zoo:{runs[0].folder}"
+    note(f"Play {'the best' if searched else 'one'} with --{runs[0].recipe.role} {played}")
 
 
 def _list(recipes: list[Recipe], as_json: bool) -> None:
@@ -164,7 +173,7 @@ def _row(recipe: Recipe) -> tuple[str, ...]:
     path = SHIPPED / f"{recipe.name}.json"
     start = (recipe.name, recipe.algorithm)
     if not path.is_file():
-        return (*start, "", "plays by its own name" if recipe.algorithm == SEARCH else "not shipped")
+        return (*start, "", "not shipped")
     seeds = list(read_card(path).seeds.values())
     cpu_min, score = (sum(facts[key] for facts in seeds) / len(seeds) for key in ("cpu_s", "validation"))
     return (*start, f"{cpu_min / 60:.1f}", f"{score:.4g}")

@@ -12,7 +12,7 @@ from cps_agents.console import note, out, print_json
 from cps_agents.files import write_text
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, Card, read_card
-from cps_agents.zoo.files import find, load, shipped_names
+from cps_agents.zoo.files import find, shipped_names
 from cps_agents.zoo.markdown import to_markdown
 from cps_agents.zoo.merging import cards_below, merge
 
@@ -39,14 +39,12 @@ def show(
     name: Annotated[str, typer.Argument(help="Shipped policy, path of a card, or folder of a training run.")],
     as_json: AsJson = False,
 ) -> None:
-    """Show how a policy was trained, what it reached on validation seeds, and its named numbers."""
+    """Show how a policy was trained, and what it reached on validation seeds."""
     card = read_card(find(name))
     if as_json:
         print_json(card.to_json())
         return
     _print(card)
-    if card.numbers:
-        _print_numbers(card, find(name))
 
 
 @app.command("card")
@@ -108,10 +106,3 @@ def _print(card: Card) -> None:
         for seed, facts in card.seeds.items()
     ]
     console.print(Sheet("", ("training seed", "steps", "CPU s", "validation"), rows))
-
-
-def _print_numbers(card: Card, path: Path) -> None:
-    """The numbers of a policy that is one of a family, by training seed."""
-    columns = [load(path, int(seed))[1].tensors()["numbers"] for seed in card.seeds]
-    rows = [(name, *(f"{column[k]:.4g}" for column in columns)) for k, name in enumerate(card.numbers)]
-    out().print(Sheet(f"Numbers of the family {card.family}, by training seed", ("number", *card.seeds), rows))

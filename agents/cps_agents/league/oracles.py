@@ -1,6 +1,6 @@
 """Response oracles as data: what looks for a best response of a role. The usual one is our own PPO.
 
-A search over the numbers of hand-made policies is another one, and any recipe by its name.
+A search for the numbers of hand-made policies is another one, and any recipe by its name.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import Any
 from cps_agents.arena.table import RETURN
 from cps_agents.errors import CommandError
 from cps_agents.league.venues import form_of_recipe
-from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
+from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe, usual_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.searches import SearchSpace, searches_of
+from cps_baselines.family import families
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
 
@@ -25,11 +25,10 @@ KINDS = (SHARED, SEARCHES)
 
 @dataclass(frozen=True)
 class Oracle:
-    """One way to look for a response: a recipe, or searches for the numbers of hand-made policies."""
+    """One way to look for a response: recipes that share its budget, of which validation chooses the best."""
 
     name: str  # its own, in tables and as a folder
-    recipe: Recipe | None = None
-    searches: tuple[SearchSpace, ...] = ()
+    recipes: tuple[Recipe, ...]
 
 
 def choose_oracles(problem: str, role: Role, names: Sequence[str] = (SHARED,)) -> list[Oracle]:
@@ -43,7 +42,7 @@ def choose_oracles(problem: str, role: Role, names: Sequence[str] = (SHARED,)) -
     """
     found = [oracle for name in dict.fromkeys(names) if (oracle := _named(name, problem, role)) is not None]
     if not found:
-        remedy = f"{SHARED} is there for all roles, {SEARCHES} where SEARCHES declares numbers (cps_baselines.searches)"
+        remedy = f"{SHARED} is there for all roles, {SEARCHES} where a family has bounds (cps_baselines.family)"
         raise CommandError(f"the {role} of {problem} has no oracle {', '.join(names)}: {remedy}")
     for oracle in found:
         _check_installed(oracle)
@@ -61,30 +60,42 @@ def in_venue(
         CommandError: no such knob.
     """
 
-    def moved(recipe: Recipe) -> Recipe:
-        form = form_of_recipe(recipe, venue) if own_forms else {}
+    def moved(oracle: Oracle, recipe: Recipe) -> Recipe:
+        form = form_of_recipe(recipe, venue) if own_forms and oracle.name != SEARCHES else {}
         overrides = {**form, **venue.overrides}
         return changed(replace(recipe, preset=venue.preset, overrides=overrides, evaluation_metric=RETURN), knobs)
 
-    return [oracle if oracle.recipe is None else replace(oracle, recipe=moved(oracle.recipe)) for oracle in oracles]
+    return [replace(oracle, recipes=tuple(moved(oracle, each) for each in oracle.recipes)) for oracle in oracles]
 
 
 def _named(name: str, problem: str, role: Role) -> Oracle | None:
     if name == SHARED:
-        return Oracle(SHARED, usual_recipe(problem, role))
+        return Oracle(SHARED, (usual_recipe(problem, role),))
     if name == SEARCHES:
-        searches = searches_of(problem, role)
-        return Oracle(SEARCHES, searches=searches) if searches else None
+        searches = tuple(search_of(problem, role, name) for name in bounded_families(problem, role))
+        return Oracle(SEARCHES, searches) if searches else None
     if name not in RECIPES and not any(part in name for part in ("Attack", "Defense", ":")):
         raise CommandError(f"there is no oracle and no recipe {name!r}. {near(name, [*KINDS, *RECIPES])}")
     recipe = find_recipe(name)
     if recipe.problem != problem:
         raise CommandError(f"the recipe {name!r} trains the {recipe.role} of {recipe.problem}, not one of {problem}")
-    return Oracle(recipe.name, recipe) if recipe.role == role else None
+    return Oracle(recipe.name, (recipe,)) if recipe.role == role else None
+
+
+def bounded_families(problem: str, role: Role) -> list[str]:
+    """The families of a role whose numbers all have bounds."""
+    return [name for name, each in families(problem).items() if each.role == role and each.is_bounded]
+
+
+def search_of(problem: str, role: Role, family: str) -> Recipe:
+    """The recipe by which a family is searched for a response."""
+    name = family.rpartition(":")[2].lower()
+    recipe = Recipe(name=name, problem=problem, role=role, algorithm=SEARCH, family=family)
+    return replace(recipe, total_steps=UNBOUNDED, population=8, evaluations=4)  # CPU time ends it
 
 
 def _check_installed(oracle: Oracle) -> None:
-    if oracle.recipe is None or oracle.recipe.algorithm == SEARCH:
+    if any(recipe.algorithm == SEARCH for recipe in oracle.recipes):
         require("cma", extra="baselines", purpose="searching responses")
     else:
         require("torch", extra="train", purpose="training a best response")

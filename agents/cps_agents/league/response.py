@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from cps_agents.arena.admission import admit
-from cps_agents.arena.play import finish_all, silent
+from cps_agents.arena.play import silent
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.meetings import play_table
 from cps_agents.league.oracles import Oracle
-from cps_agents.league.search import SearchJob
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of
 from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation
 from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
-from cps_agents.zoo.references import PREFIX, origin_of
+from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.searches import SearchSpace
+from cps_baselines.family import find_family
 from cps_baselines.workers import Workers
-from cps_envs.core.declare.seeds import TRAINING_START, VALIDATION
+from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
-SEARCH_START = TRAINING_START + 90_000_000  # seeds that no training run plays
-SEARCH_SEEDS = 1_000_000  # of each training seed
-SEARCH_EPISODES = 16  # of a candidate
 USUAL_S = 60.0  # CPU time of our own PPO and of all searches together, where nothing bounds them
 WARM_UP = 4  # updates of the value alone, where learning begins with a trained network
 Tell = Callable[[str], None]
@@ -138,12 +134,32 @@ def respond(
 
 
 def _ask(oracle: Oracle, question: Question, folder: Path, budget: Budget, store: Store, title: str) -> list[Response]:
-    if oracle.recipe is None:
-        return list(_search(oracle, question, budget, store, title))
-    recipe = against(oracle.recipe, question, f"{oracle.recipe.name}-response")
-    if recipe.algorithm == SHARED:
-        recipe = _warm(recipe, question, store, budget.workers, title)
-    return _train(oracle.name, limited(recipe, budget.steps, budget.cpu_s), folder, budget, title)
+    """The best that an oracle's recipes find with each training seed; they share its budget."""
+    asked = [against(recipe, question, f"{recipe.name}-response") for recipe in oracle.recipes]
+    recipes = _fitting(asked)
+    home = {recipe.name: folder / recipe.name if len(asked) > 1 else folder for recipe in recipes}
+    runs = []
+    for recipe in recipes:
+        if recipe.algorithm == SHARED:
+            recipe = _warm(recipe, question, store, budget.workers, title)
+        runs.append(limited(recipe, budget.steps, budget.cpu_s, len(recipes)))
+    return _train(oracle.name, runs, home, budget, title)
+
+
+def _fitting(recipes: Sequence[Recipe]) -> list[Recipe]:
+    """Those whose policies can play where they are to be searched; a network is refused where it learns.
+
+    Raises:
+        CommandError: none can.
+    """
+    refusals = {
+        recipe.name: admit(recipe.venue, recipe.role, Contestant(find_family(recipe.family).policy)).refusal
+        for recipe in recipes
+        if recipe.family
+    }
+    if refusals and len(refusals) == len(recipes) and all(refusals.values()):
+        raise CommandError("; ".join(f"{name}: {reason}" for name, reason in refusals.items()))
+    return [recipe for recipe in recipes if not refusals.get(recipe.name)]
 
 
 def _warm(recipe: Recipe, question: Question, store: Store, workers: int, title: str) -> Recipe:
@@ -169,79 +185,44 @@ def against(recipe: Recipe, question: Question, name: str) -> Recipe:
     return replace(recipe, name=name, opponent=strategy.reference, scenes=scenes)
 
 
-def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None) -> Recipe:
-    """The recipe with so many decisions and CPU seconds per seed."""
-    if recipe.algorithm == SHARED and steps is None:
-        return replace(recipe, total_steps=UNBOUNDED, most_cpu_s=float(cpu_s or USUAL_S))
-    timed = recipe if cpu_s is None else replace(recipe, most_cpu_s=float(cpu_s))
+def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None, sharing: int = 1) -> Recipe:
+    """The recipe with so many decisions and CPU seconds per seed, of which each of `sharing` recipes has its part."""
+    if steps is None and (recipe.algorithm == SHARED or recipe.total_steps == UNBOUNDED):
+        return replace(recipe, total_steps=UNBOUNDED, most_cpu_s=float(cpu_s or USUAL_S) / sharing)
+    timed = recipe if cpu_s is None else replace(recipe, most_cpu_s=float(cpu_s) / sharing)
     if steps is None:
         return timed
     per_step = decisions(recipe.venue, recipe.role) if recipe.algorithm == SEARCH else 1
-    return replace(timed, total_steps=max(steps // per_step, 1))
+    return replace(timed, total_steps=max(steps // (per_step * sharing), 1))
 
 
-def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, title: str) -> Iterator[Response]:
-    """The best of the searches with each training seed; they share its budget."""
-    venue = question.venue.changed(forms_of(question.strategy, question.venue))
-    opponent = question.strategy.reference
-    searches = _fitting(oracle, question.role, venue)
-    count, per_episode = len(searches), decisions(venue, question.role)
-    sources = origin_of(venue.problem, opponent).sources
-    jobs = [
-        SearchJob(
-            venue,
-            question.role,
-            opponent,
-            search,
-            budget_s=(budget.cpu_s or USUAL_S) / count,
-            episodes=SEARCH_EPISODES,
-            most_episodes=0 if budget.steps is None else max(budget.steps // (per_episode * count), 1),
-            first_seed=SEARCH_START + seed * SEARCH_SEEDS,
-            sources=sources,
-        )
-        for seed in budget.training_seeds
-        for search in searches
-    ]
-    results = {}
-    with Progress(title, len(jobs)) as progress, Workers(min(budget.workers, len(jobs))) as pool:
-        for job, result, _ in finish_all(jobs, store, pool):
-            results[jobs.index(job)] = result
-            progress.update(len(results), f"{job.label}: {result['score']:.4g}")
-    for place, seed in enumerate(budget.training_seeds):
-        mine = [results[place * count + k] for k in range(count)]
-        best = max(mine, key=lambda each: each["score"])
-        steps, cpu_s = (sum(each[name] for each in mine) for name in ("episodes", "cpu_s"))
-        yield Response(oracle.name, seed, best["policy"], steps * per_episode, round(cpu_s, 1))
-
-
-def _fitting(oracle: Oracle, role: Role, venue: Venue) -> list[SearchSpace]:
-    """The searches of an oracle whose policy can play a venue.
-
-    Raises:
-        CommandError: none can.
-    """
-    refusals = {search.name: admit(venue, role, Contestant(search.policy)).refusal for search in oracle.searches}
-    if all(refusals.values()):
-        raise CommandError("; ".join(f"{name}: {reason}" for name, reason in refusals.items()))
-    return [search for search in oracle.searches if not refusals[search.name]]
-
-
-def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) -> list[Response]:
-    """Train a recipe with each training seed, or go on with that.
+def _train(
+    name: str, recipes: Sequence[Recipe], home: Mapping[str, Path], budget: Budget, title: str
+) -> list[Response]:
+    """Train recipes with each training seed, or go on with that; of each seed the one that validation chooses.
 
     Raises:
         CommandError: see `cps_agents.learning.learner.learn`.
     """
     jobs = [
-        TrainingJob(recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume)
+        TrainingJob(recipe, seed, home[recipe.name].resolve() / f"seed-{seed}", budget.command, resume=budget.resume)
         for seed in budget.training_seeds
+        for recipe in recipes
     ]
-    runs = train_all(jobs, budget.workers, title)
-    unit = decisions(recipe.venue, recipe.role) if recipe.algorithm == SEARCH else 1  # of its steps
-    return [
-        Response(name, job.seed, f"{PREFIX}{job.folder}", int(run["steps"]) * unit, float(run["cpu_s"]))
-        for job, run in zip(jobs, runs, strict=True)
-    ]
+    runs = list(zip(jobs, train_all(jobs, budget.workers, title), strict=True))
+    found = []
+    for seed in budget.training_seeds:
+        mine = [(job, run) for job, run in runs if job.seed == seed]
+        best, record = max(mine, key=lambda each: float(each[1]["best_score"]))
+        steps = sum(int(run["steps"]) * _unit(job.recipe) for job, run in mine)
+        cpu_s = round(sum(float(run["cpu_s"]) for _, run in mine), 1)
+        found.append(Response(name, seed, record.get("policy", f"{PREFIX}{best.folder}"), steps, cpu_s))
+    return found
+
+
+def _unit(recipe: Recipe) -> int:
+    """Decisions in a step of a recipe."""
+    return decisions(recipe.venue, recipe.role) if recipe.algorithm == SEARCH else 1
 
 
 def _validate(references: Sequence[str], question: Question, store: Store, workers: int, title: str) -> FloatArray:

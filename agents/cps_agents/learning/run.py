@@ -32,9 +32,9 @@ Report = Callable[[int, str], None]  # how much of `Recipe.budget` is done, a no
 class TrainingJob:
     """A recipe, a seed, and the folder of their run; plain data that any process can do.
 
-    The folder holds `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `policy.json` and
-    `policy.safetensors` (the best so far by validation), a checkpoint to go on from, and what a tracker writes, such as
-    `tensorboard/`.
+    The folder holds `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, the best policy so far by
+    validation (`policy.json` and `policy.safetensors` of a network, `searched.json` of numbers), a checkpoint to go on
+    from, and what a tracker writes, such as `tensorboard/`.
     """
 
     recipe: Recipe

@@ -55,7 +55,7 @@ def kind_of(track: Track, policy: PolicyReference) -> Kind:
     card = card_of(policy)
     if card is not None:
         untrained = card.algorithm == UNTRAINED or f"{UNTRAINED}=true" in policy.partition("?")[2].split("&")
-        return Kind("searched", len(card.numbers)) if card.numbers else Kind(UNTRAINED if untrained else "reward")
+        return Kind(UNTRAINED if untrained else "reward")
     problem = find_problem(track.problem)
     built = problem.policy(policy, problem.game(track.venue.config, 1), track.role)
     if getattr(built, "privileged", None):

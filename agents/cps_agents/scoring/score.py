@@ -172,8 +172,9 @@ def score(
     start = time.process_time()
     frozen.check_game()
     seeds = seeds_of(found, split, found.episodes // (DEV if split == "dev" else 1))
-    origin = origin_of(found.problem, policy) if isinstance(policy, str) else None
-    if origin is not None:
+    origin = None
+    if isinstance(policy, str):
+        origin = origin_of(found.problem, policy)
         players: Mapping[int | None, PolicyReference] = dict(origin.seeds)
     else:
         spec = find_problem(found.problem).game(found.venue.config, 1).spec(found.role)

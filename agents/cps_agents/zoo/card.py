@@ -13,19 +13,16 @@ from cps_envs.core.types import ROLES
 
 FORMAT = 1
 SHIPPED = Path(__file__).with_name("policies")  # what comes with the package
-NETWORKS = ("gaussian", "discrete")  # heads of networks
-HEADS = (*NETWORKS, "family")
+HEADS = ("gaussian", "discrete")  # of networks
 MOST_BYTES = 2**20  # of a card
 REMEDY = "Train or download it again."
 MOST_VALUES = 10**6  # of an observation, or choices of an action
-MOST_DECISIONS = 10**6  # that an action is held for
-MOST_NUMBERS = 10**4  # of a family
 KINDS: dict[str, type] = {
     **dict.fromkeys(
-        ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command", "family"), str
+        ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command"), str
     ),
     **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", "wiring"), dict),
-    **dict.fromkeys(("version", "hold", "observation_size", "best"), int),
+    **dict.fromkeys(("version", "observation_size", "best"), int),
     "decentralised": bool,
 }
 SHOWN = {str: "text", dict: "mapping", int: "whole number", bool: "truth value"}
@@ -45,9 +42,8 @@ class Card:
     overrides: Mapping[str, Any]  # of the preset, while training
     recipe: Mapping[str, Any]  # every knob
     activation: str
-    head: str  # gaussian: clipped means; discrete: logits, one after the other; or family
+    head: str  # gaussian: clipped means; discrete: logits, one after the other
     decentralised: bool  # plays each agent of the role's team with the same network
-    hold: int  # decisions that an action is kept for
     observation_size: int  # of the role, or of one agent of its team
     actions: tuple[int, ...]  # choices of each discrete action; (k,) for k continuous ones
     best: int  # the seed with the best validation
@@ -55,8 +51,6 @@ class Card:
     command: str  # that trained it
     versions: Mapping[str, str]  # of the packages
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
-    family: str = ""  # of policies of which this is one, see `cps_baselines.family`; empty for networks
-    numbers: tuple[str, ...] = ()  # their names, where it is of a family
     wiring: Mapping[str, Any] = field(default_factory=dict, repr=False)  # of a network, see `zoo.wired`
     weights: str = ""  # SHA-256 of the file with the weights, which ties it to the card; `save` fills it in
     format: int = FORMAT
@@ -70,26 +64,15 @@ class Card:
                 raise ValueError(f"{name} = {str(value)[:40]!r} is no {SHOWN[kind]}")
         if self.role not in ROLES or self.head not in HEADS or str(self.best) not in self.seeds:
             raise ValueError("role, head or best seed make no sense")
-        if not (1 <= self.hold <= MOST_DECISIONS and 1 <= self.observation_size <= MOST_VALUES):
-            raise ValueError("hold or observation_size is out of range")
+        if not 1 <= self.observation_size <= MOST_VALUES:
+            raise ValueError("observation_size is out of range")
         if not self.actions or not all(type(each) is int and 1 <= each <= MOST_VALUES for each in self.actions):
             raise ValueError("actions have to be numbers of choices, each at least 1")
-        self._check_numbers()
-        if bool(self.wiring) != (self.head in NETWORKS):
-            raise ValueError("a network, and nothing else, has a wiring")
-        if self.wiring:
-            check_wiring(self.wiring)
-
-    def _check_numbers(self) -> None:
-        named = all(type(name) is str for name in self.numbers) and len(set(self.numbers)) == len(self.numbers)
-        if not named or len(self.numbers) > MOST_NUMBERS:
-            raise ValueError("the numbers have to have names, each its own")
-        if not (self.head == "family") == bool(self.family) == bool(self.numbers):
-            raise ValueError("a policy of a family, and no other, has numbers with names")
+        check_wiring(self.wiring)
 
     def to_json(self) -> dict[str, Any]:
-        """The card as plain data; a judgement or a wiring that it does not have is left out."""
-        return {name: each for name, each in asdict(self).items() if each or name != "wiring"}
+        """The card as plain data."""
+        return asdict(self)
 
 
 def read_card(path: Path) -> Card:
@@ -104,6 +87,6 @@ def read_card(path: Path) -> Card:
     try:
         if not set(plain) <= {entry.name for entry in fields(Card)}:
             raise ValueError("unknown entries")
-        return Card(**{**plain, **{name: tuple(plain.get(name, ())) for name in ("actions", "numbers")}})
+        return Card(**{**plain, "actions": tuple(plain.get("actions", ()))})
     except (TypeError, ValueError) as error:
         raise document.source.error(error) from error

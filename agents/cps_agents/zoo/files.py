@@ -16,7 +16,6 @@ from safetensors.numpy import save as to_bytes
 from cps_agents.files import alone_at, replacing, write_json
 from cps_agents.zoo.card import REMEDY, SHIPPED, Card, read_card
 from cps_agents.zoo.network import Network, check_fit, network_of
-from cps_agents.zoo.numbers import NamedNumbers, numbers_of
 from cps_envs.core.documents import read_bytes
 from cps_envs.core.errors import UnknownNameError, near
 
@@ -55,7 +54,7 @@ def find(name: str | Path) -> Path:
 def save(
     card_path: Path,
     card: Card,
-    networks: Mapping[int, Network | NamedNumbers],
+    networks: Mapping[int, Network],
     starts: Mapping[int, Network] | None = None,
 ) -> Card:
     """Write weights and card so that at every moment a pair that fits is there. Returns the card with their hash.
@@ -84,8 +83,8 @@ def save(
     return written
 
 
-def load(name: str | Path, seed: int | None = None, *, untrained: bool = False) -> tuple[Card, Network | NamedNumbers]:
-    """The card and the network, or the numbers, of one training seed, the best if none is given. It runs no code.
+def load(name: str | Path, seed: int | None = None, *, untrained: bool = False) -> tuple[Card, Network]:
+    """The card and the network of one training seed, the best if none is given. It runs no code.
 
     `name` is what `find` takes.
 
@@ -110,8 +109,6 @@ def load(name: str | Path, seed: int | None = None, *, untrained: bool = False) 
     try:
         prefix = f"{START}{chosen}/" if untrained else f"{chosen}/"
         mine = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
-        if card.numbers:
-            return card, numbers_of(mine, len(card.numbers))
         network = network_of(mine, card.activation)
         check_fit(network, card.observation_size, sum(card.actions))
         return card, network

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.files import load
-from cps_agents.zoo.numbers import NamedNumbers, member
 from cps_agents.zoo.wired import WiredPolicy, wired_policy
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
 from cps_envs.core.learning.wiring import WiredBox
@@ -29,8 +28,6 @@ def trained(
         ConfigurationError: the policy does not fit the role.
     """
     card, network = load(name, seed, untrained=untrained)
-    if isinstance(network, NamedNumbers):
-        return member(spec, card, network)
     sampled = None if deterministic is None else not deterministic
     return wired_policy(spec, card, network, sampled=sampled)
 

@@ -12,7 +12,6 @@ from cps_agents.learning.recipe import differing
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import load, save, starts_of
 from cps_agents.zoo.network import Network
-from cps_agents.zoo.numbers import NamedNumbers
 
 LIMIT_BYTES = 1_000_000  # of the weights
 PLACES = ("--out", "--to", "--jobs", "--meetings")
@@ -30,7 +29,7 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
         raise CommandError("no training runs are named: name their folders, or the folder above them")
     loaded = [load(path) for path in cards]
     first = loaded[0][0]
-    networks: dict[int, Network | NamedNumbers] = {}
+    networks: dict[int, Network] = {}
     starts: dict[int, Network] = {}
     for path, (card, network) in zip(cards, loaded, strict=True):
         if differing(card.recipe, first.recipe) or card.version != first.version:

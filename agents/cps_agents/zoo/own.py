@@ -79,7 +79,6 @@ def card_of_network(envs: LearningVectorEnv, head: Head, activation: str = "tanh
         activation=activation,
         head="discrete" if wired.choices else "gaussian",
         decentralised=envs.adapter.local,
-        hold=wired.wiring.frame_skip,
         observation_size=wired.columns.size,
         actions=count_actions(envs.single_action_space),
         versions=versions(),

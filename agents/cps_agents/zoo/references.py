@@ -25,7 +25,7 @@ MODEL = re.compile(r'(?:^|")sb3:([^?"]+)')
 CODE = re.compile(r'(?:^|")([A-Za-z_][\w.]*):[A-Za-z_]')  # module:attribute, also inside a mixture
 TRAINED = re.compile(r'(^|")(zoo|sb3):')
 COVERED = ("cps_envs", "cps_baselines", "zoo", "sb3")  # by the hash of our own code, or told apart
-PLAYED = ("preset", "overrides", "activation", "head", "decentralised", "hold", "observation_size", "actions", "best")
+PLAYED = ("preset", "overrides", "activation", "head", "decentralised", "observation_size", "actions", "best")
 
 
 @dataclass(frozen=True)

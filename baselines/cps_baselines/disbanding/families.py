@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cps_baselines.disbanding.feedback import COEFFICIENTS, LinearFeedback
 from cps_baselines.disbanding.feedback import SHAPE as WEIGHTS
-from cps_baselines.disbanding.feedback import SIGNALS, LinearFeedback
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
-from cps_baselines.family import Family, Number
+from cps_baselines.family import Family, Number, between
 from cps_baselines.searched import built
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policies.policy import Policy, RoleSpec
@@ -95,9 +95,9 @@ def _local(spec: RoleSpec, values: FloatArray) -> StringController:
 
 
 # Acts on a warning that is never lost or old, as that of the dissertation.
-BROADCAST = Family("disbanding", "defender", _gains(WARNED, AGE), _broadcast)
+BROADCAST = Family("disbanding", "defender", "cacc?told=broadcast", _gains(WARNED, AGE), _broadcast)
 # Needs no warning, as it acts at all times; each vehicle knows itself, and what its predecessor does and commands.
-LOCAL = Family("disbanding", "defender", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local)
+LOCAL = Family("disbanding", "defender", "cacc", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local)
 
 # Acts on a warning that comes late or never, and on its own detection; the search starts at the numbers of `string`.
 WARNED_GAINS, WARNED_DETECTION_MPS = shipped_gains("warned")
@@ -114,7 +114,7 @@ def _radio(spec: RoleSpec, values: FloatArray) -> StringController:
     return policy
 
 
-RADIO = Family("disbanding", "defender", RADIO_NUMBERS, _radio)
+RADIO = Family("disbanding", "defender", "cacc?told=radio", RADIO_NUMBERS, _radio)
 
 
 def _feedback(spec: RoleSpec, values: FloatArray) -> LinearFeedback:
@@ -123,10 +123,58 @@ def _feedback(spec: RoleSpec, values: FloatArray) -> LinearFeedback:
 
 # The coefficients of `feedback`, of leaders and of all others; at zero it does nothing.
 FEEDBACK = Family(
+    "disbanding", "defender", "feedback", tuple(Number(name, 0.0, 1.0) for name in COEFFICIENTS), _feedback
+)
+
+# When vehicles act on their own detection, beside or without a warning.
+DETECTION = between({"detection_mps": (0.3, 8.0), "hold_s": (0.5, 10.0)}, detection_mps=2.0, hold_s=3.0)
+STRING_DETECTION = Family("disbanding", "defender", "string", DETECTION)
+FEEDBACK_DETECTION = Family("disbanding", "defender", "feedback", DETECTION)
+
+PLATOONS, JAMS, LATEST_S = (1.0, 5.0), (0.0, 9.0), (21.0, 130.0)
+TIMED = Family(
     "disbanding",
-    "defender",
-    tuple(Number(f"{vehicle}.{signal}", 0.0, 1.0) for vehicle in VEHICLES for signal in SIGNALS),
-    _feedback,
+    "attacker",
+    "timed",
+    between(
+        {
+            "first": PLATOONS,
+            "second": PLATOONS,
+            "delay_s": (0.0, 30.0),
+            "pause_s": (5.0, 130.0),
+            "jam": JAMS,
+            "jam_at": (1.0, 3.0),
+            "jam_s": (-5.0, 10.0),
+        },
+        first=1.0,
+        second=2.0,
+        delay_s=0.0,
+        pause_s=60.0,
+        jam=1.0,
+        jam_at=1.0,
+        jam_s=-1.0,
+    ),
+)
+ADAPTIVE = Family(
+    "disbanding",
+    "attacker",
+    "adaptive?look_s=20",
+    between(
+        {
+            "slow_mps": (0.0, 15.0),
+            "fast_mps": (10.0, 31.0),
+            **dict.fromkeys(("slow_s", "middle_s", "fast_s"), LATEST_S),
+            "jam": JAMS,
+            "jam_s": (-5.0, 10.0),
+        },
+        slow_mps=6.0,
+        fast_mps=18.0,
+        slow_s=90.0,
+        middle_s=60.0,
+        fast_s=40.0,
+        jam=1.0,
+        jam_s=-1.0,
+    ),
 )
 
 

@@ -18,6 +18,7 @@ SIGNALS = ("gap_error", "relative_speed", "speed_deficit", "predecessor_accelera
 SCALES = np.array([10.0, 10.0, 10.0, 5.0, 10.0, 5.0])  # m, m/s, m/s, m/s2, m/s, m/s2
 GAIN_MPS2 = 5.0
 SHAPE = (2, len(SIGNALS))  # leaders, others
+COEFFICIENTS = tuple(f"{vehicle}.{signal}" for vehicle in ("leader", "other") for signal in SIGNALS)
 
 
 @lru_cache(maxsize=1)
@@ -32,18 +33,21 @@ class LinearFeedback(Corrections):
 
     delta = 5 m/s2 times the weighted sum of the scaled signals: gap error, speed ahead minus own, desired speed minus
     own, predecessor's acceleration, speed of the nearest disbanded vehicle ahead (a broadcast) minus own, and the plain
-    law's command. `weights` is (2, 6), leaders first, or (B, 2, 6) with one set per episode.
+    law's command. `weights` is (2, 6), leaders first, or (B, 2, 6) with one set per episode. A
+    weight can also be given by its name, such as `leader.gap_error`.
 
     Raises:
         ValueError: `weights` has another shape.
     """
 
-    def __init__(self, spec: RoleSpec, weights: FloatArray | None = None, **detection: float) -> None:
-        super().__init__(spec, **detection)
-        self.weights = np.asarray(shipped_weights() if weights is None else weights, dtype=np.float64)
+    def __init__(self, spec: RoleSpec, weights: FloatArray | None = None, **numbers: float) -> None:
+        super().__init__(spec, **{name: value for name, value in numbers.items() if name not in COEFFICIENTS})
+        self.weights = np.array(shipped_weights() if weights is None else weights, dtype=np.float64)
         self.searched_numbers = self.weights.size if weights is None else 0
         if self.weights.shape[-2:] != SHAPE:
             raise ValueError(f"weights of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.weights.shape}")
+        for name in numbers.keys() & set(COEFFICIENTS):
+            self.weights.reshape(-1, len(COEFFICIENTS))[:, COEFFICIENTS.index(name)] = numbers[name]
 
     def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_baselines.family import Family, Number
+from cps_baselines.family import Family, Number, between
 from cps_baselines.fdi.hypotheses import Hypotheses
 from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
 from cps_baselines.searched import built
@@ -26,6 +26,7 @@ def _hypotheses(spec: RoleSpec, values: FloatArray) -> Hypotheses:
 HYPOTHESES = Family(
     "fdi",
     "defender",
+    "hypotheses",
     (
         Number("range_cost", 0.8, 0.2, by_factors=True),
         Number("rate_cost", 0.8, 0.2, by_factors=True),
@@ -56,9 +57,49 @@ def _task_tracker(spec: RoleSpec, values: FloatArray) -> TaskTracker:
     return TaskTracker(spec, manners, probe)
 
 
+TRACKER = Family(
+    "fdi",
+    "attacker",
+    "tracker",
+    between(
+        {
+            **dict.fromkeys(("margin", "late", "swing"), (-1.0, 3.0)),
+            "swing_s": (0.0, 5.0),
+            "range_part": (0.0, 1.5),
+        },
+        margin=0.8,
+        late=1.5,
+        swing_s=0.5,
+        range_part=1.2,
+    ),
+)
+SWING = Family(
+    "fdi",
+    "attacker",
+    "swing",
+    between(
+        {"swing_s": (0.0, 6.0), "open": (0.0, 1.0), "close": (0.0, 1.0), "range_part": (0.0, 1.0)},
+        swing_s=2.0,
+        open=0.9,
+        close=0.9,
+        range_part=0.9,
+    ),
+)
+CUSUM = Family(
+    "fdi",
+    "defender",
+    "cusum",
+    between(
+        {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 30.0), "release_s": (0.1, 6.0)},
+        drift=0.3,
+        threshold=14.0,
+        release_s=2.0,
+    ),
+)
 TASK_TRACKER = Family(
     "fdi",
     "attacker",
+    "task_tracker",
     (
         *(
             Number(f"{kind}.{name}", getattr(START, name), getattr(STEP, name))

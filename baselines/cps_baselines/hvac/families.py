@@ -1,4 +1,4 @@
-"""Families of HVAC policies: what the defender `Bayes` believes, and the numbers of two attacks that hide.
+"""Families of HVAC policies: what the defender `Bayes` believes, and the numbers of attacks that hide and of tests.
 
 The policies with the numbers that a search found are `bayes` and `warm_tracker`.
 """
@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from cps_baselines.family import Family, Number
+from cps_baselines.family import Family, Number, between
 from cps_baselines.hvac.bayes import Bayes
 from cps_baselines.hvac.hypotheses import START, Beliefs
 from cps_baselines.hvac.tracker import Tracker
@@ -55,16 +55,43 @@ APART = tuple(
     for name, start in START._asdict().items()
     if name != "together"
 )
-BAYES = Family("hvac", "defender", APART, _bayes)
-BAYES_TOGETHER = Family("hvac", "defender", (*APART, Number("together", 0.8, 0.1)), _bayes_together)
+BAYES = Family("hvac", "defender", "bayes?together=0", APART, _bayes)
+BAYES_TOGETHER = Family("hvac", "defender", "bayes", (*APART, Number("together", 0.8, 0.1)), _bayes_together)
 TRACKED = (
-    Number("level", 0.4, 0.5, by_factors=True),
-    Number("gain", 0.5, 0.5, by_factors=True),
-    Number("noise", 1.0, 0.2, by_factors=True),
-    Number("cap_c", 10.0, 0.4, by_factors=True),
+    Number("level", 0.4, 0.5, by_factors=True, low=0.05, high=1.5),
+    Number("gain", 0.5, 0.5, by_factors=True, low=0.05, high=1.0),
+    Number("noise", 1.0, 0.2, by_factors=True, low=0.3, high=1.5),
+    Number("cap_c", 10.0, 0.4, by_factors=True, low=0.5, high=15.0),
 )
-TRACKER = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=False))
-TRACKER_WARM = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=True))
+TRACKER = Family("hvac", "attacker", "tracker", TRACKED, partial(_tracker, warmer=False))
+TRACKER_WARM = Family("hvac", "attacker", "tracker?warmer=true", TRACKED, partial(_tracker, warmer=True))
+BRINK = Family(
+    "hvac", "attacker", "brink", between({"margin_c2": (0.0, 0.35), "gain": (0.05, 1.0), "most": (0.5, 8.0)})
+)
+BRINK_WARM = Family("hvac", "attacker", "brink?warmer=true", BRINK.numbers)
+CUSUM = Family(
+    "hvac",
+    "defender",
+    "cusum",
+    between(
+        {"kappa": (0.1, 1.0), "limit": (4.0, 30.0), "quiet": (0.1, 0.8), "release_h": (1.0, 12.0)},
+        kappa=0.25,
+        limit=18.0,
+        quiet=0.4,
+        release_h=4.0,
+    ),
+)
+LARGEST = Family(
+    "hvac",
+    "defender",
+    "largest",
+    between(
+        {"kappa": (0.1, 1.0), "limit": (4.0, 40.0), "release_h": (1.0, 16.0)},
+        kappa=0.2,
+        limit=20.0,
+        release_h=8.0,
+    ),
+)
 
 
 @advises("cps_baselines.hvac.advised:Suspecting")

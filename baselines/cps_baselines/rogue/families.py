@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from cps_baselines.family import Family, Number
+from dataclasses import replace
+
+from cps_baselines.family import Family, Number, between
 from cps_baselines.rogue.escort import Escort, Ways
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.policies.adapter import advises
 from cps_envs.core.policies.policy import RoleSpec
 
-WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
+WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias")  # as `tuned` names them
 WAYS = Ways(  # by policy search against the panel of rogue-defense, from numbers set by hand
     gap_gain=0.485,
     rate_gain=0.477,
@@ -33,12 +35,41 @@ WAYS = Ways(  # by policy search against the panel of rogue-defense, from number
 )
 
 
+WEIGHT = Number("", 0.0, 1.0, low=-2.0, high=2.0)
 SWITCHING = Family(
-    "rogue", "attacker", tuple(Number(name, float(name == "front_gap"), 1.0) for name in WEIGHTS), Switching
+    "rogue",
+    "attacker",
+    "tuned",
+    (
+        *(replace(WEIGHT, name=name, start=float(name == "front_gap")) for name in WEIGHTS),
+        Number("hysteresis", 0.0, 1.0, low=0.0, high=1.0),
+    ),
+    Switching,
+)
+BLOWS = {"strike_s": (0.5, 9.0), "period_s": (10.0, 40.0), "effort": (-1.0, 1.0)}
+RAMMING = Family("rogue", "attacker", "strike", between(BLOWS, effort=0.9))
+BRAKING = Family("rogue", "attacker", "strike", between(BLOWS, effort=-0.9))
+MONITOR = Family(
+    "rogue",
+    "defender",
+    "monitor",
+    between(
+        {
+            "margin_mps": (0.3, 3.0),
+            "slack_mps2": (0.5, 5.0),
+            "threshold_mps": (0.3, 5.0),
+            "release_s": (2.0, 40.0),
+            "near_m": (0.0, 30.0),
+            "near_strong_m": (10.0, 60.0),
+            "strong_mps2": (0.2, 1.5),
+            "horizon_s": (0.0, 3.0),
+        }
+    ),
 )
 ESCORT = Family(
     "rogue",
     "defender",
+    "escort",
     tuple(Number(name, start, 0.3, by_factors=True) for name, start in WAYS._asdict().items()),
     Escort,
 )
