@@ -85,7 +85,7 @@ def test_what_is_asked_for_is_printed_with_a_closing(arguments: tuple[str, ...])
     ("arguments", "part", "figure"),
     [
         (("ch2", "--table", "2.3fig"), "2.3fig", "figure_2_3"),
-        (("ch2", "--table", "stability"), "stability", "string_stability"),
+        (("ch2", "--table", "2.2.1"), "2.2.1", "string_stability"),
         (("ch3", "--table", "fig"), "fig", "figure_3_2"),
         (("ch4", "--table", "4.2fig"), "4.2fig", "figure_4_2"),
         (("ch5", "--part", "5.3"), "5.3", "figure_5_3"),

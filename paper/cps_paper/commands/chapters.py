@@ -72,7 +72,7 @@ COMMANDS = (
             Option("interpretation", str, "S0", "How to read what the paper leaves open: S0, S1, S2."),
             Option("all_interpretations", bool, False, "The baseline under S0, S1 and S2 as well."),
         ),
-        "Only this part: 2.2, 2.3, 2.1fig, stability, 2.3fig, tried, platoons, text, ga or claims; may be repeated.",
+        "Only this part: 2.2, 2.3, 2.1fig to 2.3fig, tried, platoons, text, ga or claims; may be repeated.",
         recheck="Judge the claims again at half the step and under two rules of the text.",
         varied="interpretation",
         values=("S0", "S1", "S2"),

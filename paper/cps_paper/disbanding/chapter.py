@@ -122,7 +122,7 @@ EXHIBITS: tuple[Exhibit[DisbandingEvidence], ...] = (
         figures={"figure_2_1": plots.draw_2_1},
     ),
     Exhibit(
-        "stability",
+        "2.2.1",
         "section 2.2.1: whether a disturbance grows from platoon to platoon",
         lambda seen: (),
         stability_tables,

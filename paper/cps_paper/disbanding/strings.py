@@ -144,7 +144,7 @@ STRING_COLUMNS = (
     Column("paper", "paper_min", "{:g} min"),
 )
 STRING_NOTE = (
-    f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one (part stability): disturbances "
+    f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one (part 2.2.1): disturbances "
     "grow from platoon to platoon, so that a long string need not settle."
 )
 OTHER_COLUMNS = (
