@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.optimize import LinearConstraint, minimize
 
 from cps_baselines.disbanding.mpc import (
@@ -29,9 +31,10 @@ CONSTANTS = unpack(Constants, table_2_1(), 0)
 SETTINGS = [PAPER_MATCHING, BEST_TUNED]
 
 
-def random_program(rng: np.random.Generator) -> tuple[QuadraticProgram, np.ndarray, np.ndarray]:
+def random_program(
+    rng: np.random.Generator, size: int = 5, rows: int = 8
+) -> tuple[QuadraticProgram, np.ndarray, np.ndarray]:
     """A program with a feasible point, whose unconstrained optimum violates some rows."""
-    size, rows = 5, 8
     root = rng.normal(size=(size, size))
     matrix = rng.normal(size=(rows, size))
     limits = matrix @ rng.normal(size=size) + rng.uniform(0.0, 0.5, rows)
@@ -51,6 +54,14 @@ def test_solvers_agree(seed: int) -> None:
     )
     np.testing.assert_allclose(by_library(qp, linear, limits), scipy.x, atol=1e-5)
     np.testing.assert_allclose(hildreth(qp, linear, limits, EXACT), scipy.x, atol=1e-5)
+
+
+@given(size=st.integers(1, 8), rows=st.integers(1, 12), seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_strictly_convex_programs_are_solved_as_osqp_does(size: int, rows: int, seed: int) -> None:
+    """With a feasible point, within 1e-5 of commands of order 1: OSQP ends at 1e-8, the dual iteration at 1e-12."""
+    qp, linear, limits = random_program(np.random.default_rng(seed), size, rows)
+    np.testing.assert_allclose(hildreth(qp, linear, limits, EXACT), by_library(qp, linear, limits), atol=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(12))
