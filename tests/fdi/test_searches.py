@@ -66,16 +66,17 @@ def test_what_is_left_to_do() -> None:
     assert open_tasks([new, *TASKS[:3]], known, improve=True) == [late, new]  # fewer sensors first
 
 
-def test_searches_go_on_from_what_is_known() -> None:
+def test_searches_go_on_from_what_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[Any] = []
 
-    def search(config: Any, task: Task, time_limit_s: float, gap: float, start: Any) -> Record:
+    def crossed(config: Any, task: Task, time_limit_s: float, gap: float, start: Any) -> Record:
         given.append(start)
         return Record(task, 5.0, 4.2, 4.6, TIME_LIMIT, 2.0)
 
+    monkeypatch.setattr("cps_baselines.fdi.sweep.cross", crossed)
     plan = np.arange(12).reshape(12, 1)
     known = {TASKS[0]: Record(TASKS[0], 5.0, 4.3, 4.7, TIME_LIMIT, 1.0, plan)}
-    records = list(sweep(SHORT, [TASKS[0], TASKS[3]], known, search=search))
+    records = list(sweep(SHORT, [TASKS[0], TASKS[3]], known))
     np.testing.assert_array_equal(given[0], plan)
     np.testing.assert_array_equal(given[1], np.hstack([plan, 0 * plan]))
     assert records[0] == Record(TASKS[0], 5.0, 4.3, 4.6, TIME_LIMIT, 3.0)
