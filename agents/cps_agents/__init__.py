@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from cps_agents.learning.run import TrainingJob as TrainingJob
     from cps_agents.recipes.finding import find_recipe as find_recipe
     from cps_agents.scoring.score import score as score
+    from cps_agents.workers import Workers as Workers
     from cps_agents.zoo.own import save_network as save_network
     from cps_baselines.arena import Venue as Venue
-    from cps_baselines.workers import Workers as Workers
 
 HOMES = {  # name -> module, or module:attribute
     "sb3": "cps_agents.sb3",
@@ -45,7 +45,7 @@ HOMES = {  # name -> module, or module:attribute
     "asked": "cps_agents.league.league:asked",
     "line_up": "cps_agents.league.league:line_up",
     "Venue": "cps_baselines.arena:Venue",
-    "Workers": "cps_baselines.workers:Workers",
+    "Workers": "cps_agents.workers:Workers",
 }
 __all__ = [*HOMES]
 

@@ -16,7 +16,7 @@ from typer.main import get_command
 
 from cps_agents.console import err
 from cps_agents.errors import explain
-from cps_baselines.interruption import ending, exit_code
+from cps_agents.interruption import ending, exit_code
 
 WRONG_INPUT = 2
 HELP = {"help_option_names": ["-h", "--help"]}

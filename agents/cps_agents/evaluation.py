@@ -10,8 +10,8 @@ from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Table, scores
+from cps_agents.workers import Workers
 from cps_agents.zoo.references import is_trained
-from cps_baselines.workers import Workers
 from cps_envs.core.types import FloatArray, Role, other
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, TypeAlias, TypeVar
 
-from cps_baselines.workers import Workers
+from cps_agents.workers import Workers
 
 Result = TypeVar("Result", covariant=True)
 Own = TypeVar("Own", bound="Evidence")

@@ -17,8 +17,8 @@ from cps_agents.arena.meeting import Meeting, attempt
 from cps_agents.arena.play import play
 from cps_agents.arena.store import Store, _digest, file_name, fingerprint, identity
 from cps_agents.arena.table import Table
+from cps_agents.workers import Workers
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS
 
 VENUE = Venue("rogue", "paper", {"duration_s": 2.0})

@@ -14,9 +14,9 @@ import pytest
 pytest.importorskip("torch")
 
 from cps_agents.errors import CommandError
+from cps_agents.interruption import Ended
 from cps_agents.learning.learner import learn, train_all
 from cps_agents.zoo.files import load
-from cps_baselines.interruption import Ended
 from cps_envs.core.documents import DamagedFileError
 from tests.agents.command_line import refusal, succeeded
 from tests.agents.test_ppo import job as job_of

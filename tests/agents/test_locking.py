@@ -20,9 +20,9 @@ from rich.console import Console
 
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_at, alone_in
+from cps_agents.interruption import Ended, ending, exit_code
 from cps_agents.scoring.board import FOLDER
 from cps_agents.scoring.verify import read_score
-from cps_baselines.interruption import Ended, ending, exit_code
 from tests.agents.command_line import invoke, refusal
 from tests.processes import is_gone, wait_until
 

@@ -28,8 +28,8 @@ from cps_agents.league.response import Budget, Question, Response, Responses
 from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate, play_pool
 from cps_agents.league.self_play_report import document, draw, play_line
 from cps_agents.league.strategy import mix
+from cps_agents.workers import Workers
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.workers import Workers
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, SIGN, Role

@@ -47,7 +47,6 @@ FAMILIES = {
     "task_tracker": "fdi-task-tracker",
     "bayes": "hvac-bayes-together",
     "warm_tracker": "hvac-tracker-warm",
-    "box_in": "rogue-boxing-in",
 }
 
 

@@ -12,6 +12,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+from cps_agents.workers import Workers
 from cps_baselines.fdi.cross import cross
 from cps_baselines.fdi.replay import replay
 from cps_baselines.fdi.sweep import Certificate, certify, certify_all, instance_of, own_config, paper_tasks
@@ -252,7 +253,8 @@ def test_from_rest_the_optimum_is_that_of_the_oracle() -> None:
 
 
 def test_several_are_certified_at_a_time() -> None:
-    found = {one.instance.seed: one for one in certify_all(CONFIG, [3, 4], time_limit_s=0.3, jobs=2)}
+    with Workers(2) as pool:
+        found = {one.instance.seed: one for one in certify_all(CONFIG, [3, 4], time_limit_s=0.3, run=pool.run)}
     assert set(found) == {3, 4}
     assert found[3].instance == instance_of(CONFIG, 3)
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cps_agents.workers import Workers
 from cps_baselines.fdi.continuation import best_from, fastest_from
 from cps_baselines.fdi.cross import cross, relaxation_mps
 from cps_baselines.fdi.sweep import best_start, open_tasks, paper_tasks, sweep
@@ -47,7 +48,8 @@ def crossed(task: Task) -> Record:
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_every_task_gets_its_record(jobs: int) -> None:
-    records = {record.task: record for record in sweep(SHORT, TASKS, {}, jobs=jobs)}
+    with Workers(jobs) as pool:
+        records = {record.task: record for record in sweep(SHORT, TASKS, {}, run=pool.run)}
     assert set(records) == set(TASKS)
     for task, record in records.items():
         alone = crossed(task)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from cps_agents.errors import explain
-from cps_baselines.interruption import exit_code
+from cps_agents.interruption import exit_code
 from tools.bench.interfaces import measure_yardsticks
 from tools.bench.row import Measurement, Row, Yardsticks
 

@@ -9,7 +9,7 @@ from typing import TypeAlias, TypeVar
 from cps_agents.arena.meeting import Job, Result, attempt
 from cps_agents.arena.store import Store, file_name
 from cps_agents.arena.table import Table
-from cps_baselines.workers import Workers
+from cps_agents.workers import Workers
 
 Report = Callable[[int, int, str], None]  # jobs done, jobs in all, the last one
 Place: TypeAlias = tuple[int, int, int]  # number of the table, row, column

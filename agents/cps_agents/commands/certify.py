@@ -21,6 +21,7 @@ from cps_agents.files import alone_at, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
+from cps_agents.workers import Workers
 from cps_baselines.fdi.sweep import Certificate, certify_all, open_tasks, paper_tasks, sweep
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.fdi.config import FdiConfig
@@ -90,16 +91,15 @@ def tasks_named(texts: Iterable[str], num_vehicles: int) -> Sequence[Task]:
 
 
 def certify_tasks(
-    config: FdiConfig, tasks: Sequence[Task], path: Path, *, improve: bool, as_json: bool, **limits: Any
+    config: FdiConfig, tasks: Sequence[Task], path: Path, *, improve: bool, jobs: int, as_json: bool, **limits: Any
 ) -> None:
     """Certify tasks within the limits of `sweep`, keep each at once, and show them; what the file has stays."""
     with alone_at(path):
         known, commands = _earlier(path, config)
         left = open_tasks(tasks, known, improve=improve)
         header = _header(commands)
-        solved = sweep(config, left, dict(known), **limits)
-        with Progress("tasks", len(left)) as progress:
-            for done, record in enumerate(solved, 1):
+        with Progress("tasks", len(left)) as progress, Workers(jobs) as pool:
+            for done, record in enumerate(sweep(config, left, dict(known), run=pool.run, **limits), 1):
                 known[record.task] = record
                 write_text(path, to_text(header, config, known.values()))
                 progress.update(done, f"{record.task}: {record.status}")
@@ -166,11 +166,11 @@ def certify_episodes(
     config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, jobs: int, as_json: bool
 ) -> None:
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
-    with alone_at(path), Progress("episodes", episodes) as progress:
+    with alone_at(path), Progress("episodes", episodes) as progress, Workers(jobs) as pool:
         rows = stored_episodes(path, config)
         left = [seed for seed in range(episodes) if str(seed) not in rows]
         progress.total = len(left)
-        found = certify_all(config, left, time_limit_s=time_limit_s, jobs=jobs)
+        found = certify_all(config, left, time_limit_s=time_limit_s, run=pool.run)
         for done, certificate in enumerate(found, 1):
             rows[str(certificate.instance.seed)] = _row(certificate)
             write_text(path, json.dumps({"config": plain_values(config), "episodes": rows}, indent=1) + "\n")

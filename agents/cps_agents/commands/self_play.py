@@ -35,9 +35,9 @@ from cps_agents.league.venues import merged
 from cps_agents.learning.recipe import SHARED
 from cps_agents.machine import available_cores, describe
 from cps_agents.recipes.finding import usual_recipe
+from cps_agents.workers import Workers
 from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Venue
-from cps_baselines.workers import Workers
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES, Role
 

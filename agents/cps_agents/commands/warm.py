@@ -16,7 +16,7 @@ from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
 from cps_agents.warm import Visit, Warmed, visits
 from cps_agents.warm import warm as warm_up
-from cps_baselines.workers import Workers
+from cps_agents.workers import Workers
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.game.problem import Problem
 

@@ -15,8 +15,8 @@ from cps_agents.arena.table import RETURN, Table
 from cps_agents.errors import CommandError
 from cps_agents.league.equilibrium import Equilibrium, dominating, game_value, solve
 from cps_agents.league.meetings import LeftOut, Payoffs, find_clashes, has_played, left_out_for, play_table
+from cps_agents.workers import Workers
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.workers import Workers
 from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
 
 Dominators: TypeAlias = list[FloatArray | None]

@@ -20,9 +20,9 @@ from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Pair, Table, scores
 from cps_agents.errors import explain
+from cps_agents.workers import Workers
 from cps_agents.zoo.references import is_trained
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.workers import Workers
 from cps_envs import find_problem
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import ROLES, FloatArray, Role

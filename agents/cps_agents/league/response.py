@@ -21,10 +21,10 @@ from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation
 from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
+from cps_agents.workers import Workers
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.family import find_family
-from cps_baselines.workers import Workers
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 

@@ -25,8 +25,8 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.response import Budget, Question, Response, Responses, Tell, respond
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.progress import Progress
+from cps_agents.workers import Workers
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.workers import Workers
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import ROLES, FloatArray, Role, other

@@ -11,11 +11,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from cps_agents.files import alone_in
+from cps_agents.interruption import ending
 from cps_agents.learning.recipe import SEARCH
 from cps_agents.learning.run import FINISHED, Report, TrainingJob
 from cps_agents.progress import Progress
-from cps_baselines.interruption import ending
-from cps_baselines.workers import Workers
+from cps_agents.workers import Workers
 
 
 def learn(job: TrainingJob, report: Report = lambda steps, note: None) -> dict[str, Any]:

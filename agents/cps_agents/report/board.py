@@ -23,9 +23,9 @@ from cps_agents.errors import CommandError, explain
 from cps_agents.league.league import League, check_anybody, line_up, standings
 from cps_agents.league.meetings import LeftOut, payoffs_of
 from cps_agents.report.replay import Take
+from cps_agents.workers import Workers
 from cps_agents.zoo.references import PREFIX, Origin
 from cps_baselines.arena import Contestant
-from cps_baselines.workers import Workers
 from cps_envs import find_problem
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role

@@ -27,7 +27,7 @@ from cps_agents.machine import describe
 from cps_agents.report.board import Board, document
 from cps_agents.report.replay import Take, record
 from cps_agents.sheet import Sheet
-from cps_baselines.workers import Workers
+from cps_agents.workers import Workers
 
 SCRIPTS = ("tools.js", "episode.js", "tracks.js", "player.js", "charts.js", "matrix.js", "pair.js", "main.js")
 EPISODES = "episodes"

@@ -6,11 +6,11 @@ Both give certified impact speeds, for episodes without a defender.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from gymnasium.utils import seeding
@@ -21,7 +21,6 @@ from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import Limits, Program, solve
 from cps_baselines.fdi.lifted import lift
 from cps_baselines.fdi.replay import NoReplayError, replay
-from cps_baselines.workers import Workers
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -29,6 +28,14 @@ from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task, all_tasks
+
+Run: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[tuple[Any, Any]]]
+
+
+def in_turn(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
+    """Items with what `function` makes of them, one after the other."""
+    for item in items:
+        yield item, function(item)
 
 
 def paper_tasks(num_vehicles: int) -> Sequence[Task]:
@@ -49,7 +56,7 @@ def sweep(
     *,
     time_limit_s: float = 20.0,
     gap: float = 0.0,
-    jobs: int = 1,
+    run: Run = in_turn,
 ) -> Iterator[Record]:
     """Records of the tasks as they get done, merged with what is known already.
 
@@ -62,16 +69,15 @@ def sweep(
         known: earlier records.
         time_limit_s: of each integer program, s.
         gap: see `cross`.
-        jobs: how many at a time.
+        run: how the tasks of one size are done, such as `Workers.run` for several at a time.
     """
     found = dict(known)
     crossed = partial(_crossed, config, time_limit_s, gap)
-    with Workers(jobs) as workers:
-        for _, alike in groupby(tasks, key=lambda task: task.sensors.count):
-            work = [(task, best_start(task, found.values())) for task in alike]
-            for (task, _), record in workers.run(crossed, work):
-                found[task] = merged(known[task], record) if task in known else record
-                yield found[task]
+    for _, alike in groupby(tasks, key=lambda task: task.sensors.count):
+        work = [(task, best_start(task, found.values())) for task in alike]
+        for (task, _), record in run(crossed, work):
+            found[task] = merged(known[task], record) if task in known else record
+            yield found[task]
 
 
 def _crossed(config: FdiConfig, time_limit_s: float, gap: float, work: tuple[Task, IntArray | None]) -> Record:
@@ -196,13 +202,12 @@ def certify(config: FdiConfig, instance: Instance, time_limit_s: float = 20.0) -
 
 
 def certify_all(
-    config: FdiConfig, seeds: Sequence[int], *, time_limit_s: float = 20.0, jobs: int = 1
+    config: FdiConfig, seeds: Sequence[int], *, time_limit_s: float = 20.0, run: Run = in_turn
 ) -> Iterator[Certificate]:
-    """The certificates of the episodes of several seeds as they get done, so many at a time."""
+    """The certificates of the episodes of several seeds as they get done, see `sweep` for `run`."""
     instances = [instance_of(config, seed) for seed in seeds]
-    with Workers(jobs) as workers:
-        for _, certificate in workers.run(partial(certify, config, time_limit_s=time_limit_s), instances):
-            yield certificate
+    for _, certificate in run(partial(certify, config, time_limit_s=time_limit_s), instances):
+        yield certificate
 
 
 def _replayed(config: FdiConfig, instance: Instance, point: FloatArray | None) -> tuple[float, IntArray | None]:

@@ -13,8 +13,8 @@ from cps_agents.arena.play import QUICK_EPISODES, Place, Played, Report, play, s
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.errors import CommandError
+from cps_agents.workers import Workers
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near
 from cps_envs.core.types import Role

@@ -15,7 +15,7 @@ from multiprocessing.process import BaseProcess
 from types import FrameType, TracebackType
 from typing import Any, TypeVar
 
-from cps_baselines.interruption import FIRST_SIGNAL_CODE, end, exit_code
+from cps_agents.interruption import FIRST_SIGNAL_CODE, end, exit_code
 
 SIGNAL_S = 1.0  # in which a signal reaches all processes of a group
 Item = TypeVar("Item")

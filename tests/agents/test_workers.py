@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from cps_baselines.workers import Workers
+from cps_agents.workers import Workers
 from tests.processes import is_gone, wait_until
 
 FOREVER_S = 600.0
@@ -84,7 +84,7 @@ def interrupt(workers: Workers, error: type[BaseException]) -> None:
 
 ENDLESS = """
 import time
-from cps_baselines.workers import Workers
+from cps_agents.workers import Workers
 
 def work(seconds):
     print("working", flush=True)
