@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,15 @@ import numpy as np
 import pytest
 
 from cps_baselines.disbanding.joint import BEST, PAPER, Joint
-from cps_baselines.disbanding.joint_program import CAPS, PENALTIES, design_joint, joint_scratch, solve_joint
+from cps_baselines.disbanding.joint_program import (
+    CAPS,
+    PENALTIES,
+    JointDesign,
+    JointScratch,
+    design_joint,
+    joint_scratch,
+    solve_joint,
+)
 from cps_baselines.disbanding.quadratic_program import quadratic_program
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
@@ -18,7 +27,7 @@ from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
-from tests.disbanding.programs import hildreth
+from tests.disbanding.programs import JointByLibrary, hildreth, joint_by_kernel
 from tools.disbanding.bounds import TwoAttackSearch, least_error_of_two, least_errors
 
 SETTINGS = replace(BEST, horizon=4, period_s=0.5, command_weight=0.2, gap_weight=0.3)
@@ -98,6 +107,49 @@ def test_the_residual_says_how_far_the_solution_is() -> None:
         found.append(commands[:, 0].copy())
     early, usual, exact = (np.abs(each - found[-1]).max() for each in found)
     assert early > 0.05 > 0.02 > usual > exact
+
+
+def programs_met(platoons: int, decisions: Sequence[int]) -> Iterator[tuple[JointDesign, JointScratch, int]]:
+    """Programs that `joint` meets in an episode of preset `paper`: design, limits and number of vehicles."""
+    overrides = {"tau_s": TAU_S, "num_platoons": platoons, "control_period_s": 0.5, "attack_budget": 1}
+    config = DISBANDING.config("paper", overrides)
+    policy = Joint(DISBANDING.game(config, 1).spec("defender"))
+    match = DISBANDING.match(config, 1, {"attacker": "lead", "defender": policy})
+    match.reset(np.ones(1, np.bool_), [np.random.default_rng(0)])
+    count, steps = (platoons - 1) * config.vehicles_per_platoon, match.game.decision_interval["defender"]
+    for decision in range(max(decisions) + 1):
+        match.step({}, np.ones(1, np.bool_), steps)
+        if decision in decisions:
+            given = JointScratch(*(each.copy() for each in policy._scratch))
+            yield design_joint(policy.settings, TAU_S, config.max_vehicles), given, count
+
+
+def test_programs_of_an_episode_are_solved_as_osqp_does() -> None:
+    bound = 0
+    for design, given, count in programs_met(3, (5, 10, 20)):
+        expected = JointByLibrary(design, BEST, count, 1e-4).solve(given)
+        commands, multipliers = np.zeros(expected.shape), np.zeros((3, *expected.shape))
+        assert joint_by_kernel(design, count, commands, multipliers, 50_000, 1e-6, given) < 1e-6
+        np.testing.assert_allclose(commands, expected, atol=2e-3)
+        bound += bool(multipliers[2].any())
+    assert bound  # gaps matter
+
+
+@pytest.mark.slow
+def test_osqp_takes_more_than_twice_the_time() -> None:
+    """Why `joint` does not call it: warm-started, for first commands that agree within 0.1 m/s2."""
+    spent, library, plan = [], None, np.zeros((4, 90, BEST.horizon))
+    for design, given, count in programs_met(10, range(20, 30)):
+        library = library or JointByLibrary(design, BEST, count, 0.3)
+        started = time.process_time()
+        joint_by_kernel(design, count, plan[0], plan[1:], BEST.iterations, BEST.tolerance, given)
+        between = time.process_time()
+        commands = library.solve(given)
+        spent.append((between - started, time.process_time() - between))
+        np.testing.assert_allclose(plan[0, :, 0], commands[:, 0], atol=0.1)
+    ours, theirs = np.sum(spent[1:], axis=0)  # the first one starts cold, and compiles
+    print(f"CPU time of a program: {1e3 * ours / len(spent[1:]):.1f} ms, OSQP {1e3 * theirs / len(spent[1:]):.1f} ms")
+    assert theirs > 2.0 * ours
 
 
 def test_an_episode_tells_the_residual_of_its_last_programs() -> None:
