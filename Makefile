@@ -53,8 +53,10 @@ FOR ?= all
 CHOICES := all core disbanding fdi hvac rogue baselines agents paper tools docs
 quick = $(patsubst %,tests/$(1)/test_%.py,$(2))
 game = $(call quick,$(1),game $(2)) tests/test_golden.py -k $(1)
-QUICK_all := $(call quick,core,rooms config fields lookup policy) tests/test_golden.py tests/test_words.py tests/test_repository.py
-QUICK_core := $(call quick,core,rooms match environments config fields actions policy lookup mixture reset_masks)
+QUICK_all := $(call quick,core,rooms) $(call quick,core/declare,config fields) $(call quick,core/policies,lookup policy) \
+  tests/test_golden.py tests/test_words.py tests/test_repository.py
+QUICK_core := $(call quick,core,rooms) $(call quick,core/declare,config fields actions) $(call quick,core/game,match) \
+  $(call quick,core/interfaces,environments reset_masks) $(call quick,core/policies,lookup mixture policy)
 QUICK_disbanding := $(call game,disbanding,reference contact dynamics)
 QUICK_fdi := $(call game,fdi,model duel)
 QUICK_hvac := $(call game,hvac,reference payoff config)

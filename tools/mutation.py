@@ -22,12 +22,14 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 TARGETS = {  # modules, and the tests that have to notice a mistake in them; other tests take minutes in plain Python
-    "cps_envs/core/game/match.py": "tests/core/test_{match,environments,frame_skip,mixture,policy_state}.py",
-    "cps_envs/core/interfaces/vector_env.py": "tests/core/test_{reset_masks,environments,frame_skip,edges}.py",
-    "cps_envs/core/declare/{actions,fields}.py": "tests/core/test_{actions,fields}.py",
-    "cps_envs/core/compute/clock.py": "tests/core/test_{clock,match,environments}.py",
-    "cps_envs/core/compute/{streams,generators}.py": "tests/core/test_{generators,streams}.py",
-    "cps_envs/core/policies/mixture.py": "tests/core/test_{mixture,policy}.py",
+    "cps_envs/core/game/match.py": "tests/core/{game/test_match,interfaces/test_environments}.py "
+    "tests/core/interfaces/test_frame_skip.py tests/core/policies/test_{mixture,policy_state}.py",
+    "cps_envs/core/interfaces/vector_env.py": "tests/core/interfaces/test_{reset_masks,environments,frame_skip}.py "
+    "tests/core/conformance/test_edges.py",
+    "cps_envs/core/declare/{actions,fields}.py": "tests/core/declare/test_{actions,fields}.py",
+    "cps_envs/core/compute/clock.py": "tests/core/{compute/test_clock,game/test_match,interfaces/test_environments}.py",
+    "cps_envs/core/compute/{streams,generators}.py": "tests/core/compute/test_{generators,streams}.py",
+    "cps_envs/core/policies/mixture.py": "tests/core/policies/test_{mixture,policy}.py",
     "cps_envs/disbanding/dynamics.py": "tests/disbanding/test_{contact,reference}.py",
     "cps_envs/disbanding/{payoff,observation,start}.py": "tests/disbanding/test_{game,radio,circumstances}.py -k "
     "'measured or charges or budget or number or sees or rows or silence or pause or start or begins or known'",

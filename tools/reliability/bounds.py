@@ -11,13 +11,17 @@ from tools.reliability.chunk import ROOT, Chunk, Part, Result
 from tools.reliability.journal import Journal
 
 TESTS = {  # files by problem; those marked slow play every preset to its end
-    "core": ("tests/core/test_clock.py", "tests/core/test_actions.py", "tests/core/test_environments.py"),
+    "core": (
+        "tests/core/compute/test_clock.py",
+        "tests/core/declare/test_actions.py",
+        "tests/core/interfaces/test_environments.py",
+    ),
     "disbanding": ("tests/disbanding/test_reference.py", "tests/disbanding/test_radio.py"),
     "fdi": ("tests/fdi/test_game.py", "tests/fdi/test_model.py"),
     "hvac": ("tests/hvac/test_reference.py", "tests/hvac/test_building.py"),
     "rogue": ("tests/rogue/test_reference.py", "tests/rogue/test_dynamics.py"),
     "networks of trained policies": ("tests/agents/test_zoo_network.py",),
-    "every preset of every problem": ("tests/core/test_bounds.py",),
+    "every preset of every problem": ("tests/core/compute/test_bounds.py",),
 }
 OPTIONS = (
     "-q",

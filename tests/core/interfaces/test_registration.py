@@ -69,7 +69,7 @@ def test_ids_are_registered_once() -> None:
     assert type(single.unwrapped) is TwinDefenseEnv
     assert gymnasium.make_vec("toys/TwinDefense-v0", 2, "vector_entry_point").num_envs == 2
     assert isinstance(pettingzoo.make("parallel", "toys/twin-v0"), ParallelEnv)
-    assert find_subject("tests.core.test_registration:toys/TwinAttack-v0", {}).vector_class is TwinAttackVectorEnv
+    assert find_subject(f"{__name__}:toys/TwinAttack-v0", {}).vector_class is TwinAttackVectorEnv
 
 
 def test_the_forms_of_pettingzoo() -> None:

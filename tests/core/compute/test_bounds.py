@@ -22,7 +22,7 @@ from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Role
 from cps_paper.testbed.robots.problem import TESTBED
 from tests.settings import tests_of as settings_of
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 NUM_ENVS = 3
 PLAYED: Mapping[str, Problem] = {**PROBLEMS, TESTBED.name: TESTBED}
 SETTINGS: Mapping[str, tuple[Mapping[str, Any], ...]] = {  # beside the short episode of every preset
@@ -39,7 +39,7 @@ def beyond(values: FloatArray, place: int) -> float:
 @pytest.mark.parametrize("name", PLAYED)
 def test_kernels_stay_inside_their_arrays(name: str, tmp_path: Path) -> None:
     surroundings = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
-    code = f"from tests.core.test_bounds import play_all; play_all({name!r})"
+    code = f"from tests.core.compute.test_bounds import play_all; play_all({name!r})"
     played = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=surroundings, capture_output=True, text=True)
     assert played.returncode == 0, played.stderr[-3000:]
     assert "episodes ended" in played.stdout
