@@ -48,21 +48,21 @@ test: $(ALL) ## compile all kernels and run the tests
 	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute."
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
 
-# What a change in a part breaks first, each below 30 s of one core.
+# What a change in a part breaks first, each about 30 s of one core at most.
 FOR ?= all
 CHOICES := all core disbanding fdi hvac rogue baselines agents paper tools docs
 quick = $(patsubst %,tests/$(1)/test_%.py,$(2))
-game = $(call quick,$(1),game $(2)) tests/test_golden.py -k $(1)
+game = $(call quick,$(1),$(2)) tests/test_golden.py -k $(1)
 QUICK_all := $(call quick,core,rooms) $(call quick,core/declare,config fields) $(call quick,core/policies,lookup policy) \
   tests/test_golden.py tests/test_words.py tests/test_repository.py
 QUICK_core := $(call quick,core,rooms) $(call quick,core/declare,config fields actions) $(call quick,core/game,match) \
   $(call quick,core/interfaces,environments reset_masks) $(call quick,core/policies,lookup mixture policy)
-QUICK_disbanding := $(call game,disbanding,reference contact dynamics)
-QUICK_fdi := $(call game,fdi,model duel)
+QUICK_disbanding := $(call game,disbanding,reference dynamics)
+QUICK_fdi := $(call game,fdi,game model duel)
 QUICK_hvac := $(call game,hvac,reference payoff config)
-QUICK_rogue := $(call game,rogue,reference pay)
-QUICK_baselines := $(call quick,baselines,advised exhibit family recheck searched tables workers)
-QUICK_agents := $(call quick,agents,sheet commands cli evaluation_statistics league_equilibrium zoo_network)
+QUICK_rogue := $(call game,rogue,game reference pay)
+QUICK_baselines := $(call quick,baselines,exhibit family tables)
+QUICK_agents := $(call quick,agents,sheet evaluation_statistics league_equilibrium)
 QUICK_paper := $(call quick,baselines,exhibit) $(call quick,agents,benchmark_tables)
 QUICK_tools := $(call quick,tools,census mutation bench)
 QUICK_docs := tests/test_words.py tests/test_repository.py tests/test_pages.py -k "not run"

@@ -113,10 +113,9 @@ def trial(path: str, limit_s: int, mutant: CodeType | None = None) -> tuple[int,
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
         resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s + 1))
-        usual: Any = SourceFileLoader.get_code
-        mine = str(ROOT / path) if mutant else ""
-        loader: Any = SourceFileLoader
-        loader.get_code = lambda self, name: mutant if self.path == mine else usual(self, name)
+        loaders: Any = SourceFileLoader
+        usual, mine = loaders.get_code, str(ROOT / path) if mutant else ""
+        loaders.get_code = lambda self, name: mutant if self.path == mine else usual(self, name)
         os._exit(int(pytest.main([*PYTEST, *(each for word in shlex.split(MODULES[path]) for each in spread(word))])))
     _, status, used = os.wait4(child, 0)
     return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime

@@ -11,6 +11,7 @@ import gymnasium
 import pytest
 
 
+@pytest.mark.slow
 def test_optuna() -> None:
     """a study of two trials"""
     optuna, sb3 = pytest.importorskip("optuna"), pytest.importorskip("stable_baselines3")

@@ -9,6 +9,7 @@ import pytest
 
 import cps_envs  # noqa: F401  registers the environments
 
+LEARNS = pytest.mark.slow  # tests/agents/test_sb3.py trains at every commit
 sb3 = pytest.importorskip("stable_baselines3")
 IDS = sorted(str(env_id) for env_id in gymnasium.registry if str(env_id).startswith("cps_envs/"))
 
@@ -21,6 +22,7 @@ def test_checker(env_id: str) -> None:
     check_env(gymnasium.make(env_id), skip_render_check=True)
 
 
+@LEARNS
 def test_workers() -> None:
     """PPO, workers by spawn"""
     from stable_baselines3.common.env_util import make_vec_env
@@ -30,17 +32,20 @@ def test_workers() -> None:
     sb3.PPO("MlpPolicy", make_vec_env("cps_envs:cps_envs/RogueDefense-v0", 2, **spawn), n_steps=32).learn(64)
 
 
+@LEARNS
 def test_sac() -> None:
     """SAC"""
     sb3.SAC("MlpPolicy", "cps_envs:cps_envs/HvacAttack-v0", learning_starts=10).learn(30)
 
 
+@LEARNS
 @pytest.mark.parametrize("name", ["FdiDefenseDiscrete", "RogueDefenseDiscrete", "HvacDefense"])
 def test_dqn(name: str) -> None:
     """DQN on FdiDefenseDiscrete, RogueDefenseDiscrete, HvacDefense"""
     sb3.DQN("MlpPolicy", f"cps_envs:cps_envs/{name}-v0", learning_starts=10).learn(30)
 
 
+@LEARNS
 @pytest.mark.parametrize("name", ["DisbandingAttack", "FdiAttack", "FdiAttackDiscrete"])
 def test_masks(name: str) -> None:
     """MaskablePPO on DisbandingAttack, FdiAttack, FdiAttackDiscrete"""
@@ -48,6 +53,7 @@ def test_masks(name: str) -> None:
     contrib.MaskablePPO("MlpPolicy", gymnasium.make(f"cps_envs/{name}-v0"), n_steps=32).learn(64)
 
 
+@LEARNS
 def test_native_vector() -> None:
     """PPO on the native vector environment
 
