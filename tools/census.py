@@ -42,9 +42,7 @@ JUDGING = (  # what lets policies meet and says what came out
         f"agents/cps_agents/commands/{name}.py"
         for name in ("best_response", "evaluate", "league", "score", "self_play")
     ),
-    "baselines/cps_baselines/arena.py",
-    "baselines/cps_baselines/tracks.py",
-    "baselines/cps_baselines/*/tracks.py",
+    "cps_envs/*/panels.py",
     "paper/cps_paper/benchmark",
     "paper/cps_paper/commands/benchmark.py",
     "paper/cps_paper/*/benchmark.py",
@@ -59,7 +57,6 @@ SHIPPING = (
     "paper",
     "tests",
     "tools/bench",
-    "tools/rivals",
     *PAGES,
     "CHANGELOG.md",
 )

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from cps_agents import torchrl as torchrl
     from cps_agents.arena.meeting import attempt as attempt
     from cps_agents.arena.store import Store as Store
+    from cps_agents.arena.venue import Venue as Venue
     from cps_agents.datasets import dataset_name as dataset_name
     from cps_agents.datasets import write_dataset as write_dataset
     from cps_agents.league.league import asked as asked
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from cps_agents.scoring.score import score as score
     from cps_agents.workers import Workers as Workers
     from cps_agents.zoo.own import save_network as save_network
-    from cps_baselines.arena import Venue as Venue
 
 HOMES = {  # name -> module, or module:attribute
     "sb3": "cps_agents.sb3",
@@ -44,7 +44,7 @@ HOMES = {  # name -> module, or module:attribute
     "Store": "cps_agents.arena.store:Store",
     "asked": "cps_agents.league.league:asked",
     "line_up": "cps_agents.league.league:line_up",
-    "Venue": "cps_baselines.arena:Venue",
+    "Venue": "cps_agents.arena.venue:Venue",
     "Workers": "cps_agents.workers:Workers",
 }
 __all__ = [*HOMES]

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
+from cps_envs.core.declare.panel import mixed, references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
 from cps_envs.disbanding.config import PRESETS, DisbandingConfig
-
-LEARNING_ATTACKERS = 'mixture?policies=["none","spread","random","timed?jam=1","timed?jam=2","timed?jam=3"]'
-
-# Defenders of differing kinds, which a learning attacker meets. A jam before the first attack deceives those who need
-# the broadcast, one after it `string`, which also detects. `mpc` is left for judging.
-TRAINING_DEFENDERS = (
-    'mixture?policies=["string?detection_mps=0","string","string?form=local","heuristic","cacc?told=broadcast","feedback"]'
-    "&weights=[1,1,1,1,1,1]"
-)
+from cps_envs.disbanding.panels import OPPONENTS, TRAINING
 
 
 def vehicle_steps(config: DisbandingConfig) -> float:
@@ -31,12 +24,7 @@ DISBANDING = Problem(
         "attacker": Later("cps_envs.disbanding.fields:attacker_fields"),
         "defender": Later("cps_envs.disbanding.fields:defender_fields"),
     },
-    opponents={
-        "paper": {"attacker": "lead", "defender": "none"},
-        "one_vehicle": {"attacker": "lead", "defender": "none"},
-        "easy": {"attacker": "random", "defender": "none"},
-        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string?detection_mps=0"},
-    },
+    opponents=references(OPPONENTS),
     viewer="cps_envs.disbanding.picture.viewer:DisbandingViewer",
     swarm={"defender": "vehicle"},
     unit="points of E_v and of the penalty for collisions",
@@ -44,7 +32,7 @@ DISBANDING = Problem(
     training={
         "attacker": Training(
             adapter="timed",
-            opponent=TRAINING_DEFENDERS,
+            opponent=mixed(TRAINING["defender"]),
             total_timesteps=500_000,
             ppo={
                 "n_steps": 180,

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
+from cps_envs.core.declare.panel import references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
 from cps_envs.fdi.config import PRESETS, FdiConfig
+from cps_envs.fdi.panels import OPPONENTS
 
 
 def vehicle_steps(config: FdiConfig) -> float:
     """Steps of single vehicles in a game step of an episode; a function of its own so that problems pickle."""
     return config.num_vehicles
 
-
-MIMICS = ",".join(f'"mimic?acceleration_mps2={value}"' for value in (0.2, 0.3, 0.5, 0.8))  # 0.4 and 0.6 are for judging
-ATTACKERS = {  # where it is not the plain optimum
-    "defense": 'mixture?policies=["none","oracle?start=random"]',
-    "drawn": "bang_bang",
-    "learning": f'mixture?policies=["none","swing","bang_bang","blind_tracker","tracker",{MIMICS}]'
-    "&weights=[1,1,1,2,3,1,1,1,1]",
-}
-DEFENDERS = {"learning": "cusum"}  # where it is not nobody
 
 FDI = Problem(
     name="fdi",
@@ -31,10 +24,7 @@ FDI = Problem(
         "attacker": Later("cps_envs.fdi.observation:attacker_fields"),
         "defender": Later("cps_envs.fdi.observation:defender_fields"),
     },
-    opponents={
-        preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": DEFENDERS.get(preset, "none")}
-        for preset in PRESETS
-    },
+    opponents=references(OPPONENTS),
     viewer="cps_envs.fdi.picture.viewer:FdiViewer",
     discrete=("attacker", "defender"),
     swarm={"defender": "sensor"},

@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
+from cps_envs.core.declare.panel import references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
 from cps_envs.hvac.config import PRESETS, HvacConfig
+from cps_envs.hvac.panels import OPPONENTS
 
 
 def sensor_steps(config: HvacConfig) -> float:
     """Closed-loop steps in a game step, times the sensors; a function of its own so that problems pickle."""
     return config.num_sensors
 
-
-# 15 % of the days without attack, 30 % with scripted attacks, 55 % with stealthy ones.
-EASY_ATTACKERS = (
-    'mixture?policies=["none","constant","sine","random","ramp?rate_c_per_h=[0.3,1.0]","root_ramp","mimic"]'
-    "&weights=[3,2,2,2,5,3,3]"
-)
-
-# Attacks of both signs with equal weight. `%26` is an `&` within the reference of one of the policies.
-LEARNING_ATTACKERS = (
-    'mixture?policies=["none","constant","constant?reading_c=28","constant?reading_c=40",'
-    '"ramp?rate_c_per_h=[0.3,1.0]%26keep_noise=true","ramp?rate_c_per_h=[0.3,1.0]%26keep_noise=true%26warmer=true",'
-    '"ramp?rate_c_per_h=[0.3,1.0]%26exponent=0.5%26keep_noise=true",'
-    '"ramp?rate_c_per_h=[0.3,1.0]%26exponent=0.5%26keep_noise=true%26warmer=true",'
-    '"mimic?keep_noise=true","mimic?keep_noise=true%26warmer=true","brink","brink?warmer=true",'
-    '"tracker","tracker?warmer=true"]&weights=[2,2,1,1,3,3,3,3,2,2,2,2,3,3]'
-)
 
 # All chosen, by trials. A lie pays with the square of its size, so a policy that draws levels at random sees little of
 # it: an untrained one keeps its level for two hours, which is the same for all compromised sensors ("together"). Nine
@@ -80,12 +66,7 @@ HVAC = Problem(
         "attacker": Later("cps_envs.hvac.observation:attacker_fields"),
         "defender": Later("cps_envs.hvac.observation:defender_fields"),
     },
-    opponents={
-        "paper": {"attacker": "constant", "defender": "mtd2"},
-        "easy": {"attacker": EASY_ATTACKERS, "defender": "mtd2"},
-        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "largest"},
-        "hard": {"attacker": LEARNING_ATTACKERS, "defender": "largest"},
-    },
+    opponents=references(OPPONENTS),
     viewer="cps_envs.hvac.picture.viewer:HvacViewer",
     unit="A_impact, C2",
     swarm={"defender": "sensor"},

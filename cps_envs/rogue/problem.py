@@ -2,25 +2,11 @@
 
 from __future__ import annotations
 
+from cps_envs.core.declare.panel import mixed, references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
 from cps_envs.rogue.config import PRESETS, RogueConfig
-
-EASY_ATTACKERS = (
-    'mixture?policies=["square?frequency_hz=0.05","square","duty_square?frequency_hz=0.05","duty_square","random",'
-    '"switching"]'
-)
-EASY_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
-ATTACKERS = (
-    'mixture?policies=["none","square?frequency_hz=0.05","duty_square","random","strike","switching",'
-    '"contested?against=sliding","contested?against=monitor","identify","always?action=-1"]'
-)
-# Attackers of differing kinds, which a learning defender meets; others are left for judging.
-TRAINING_ATTACKERS = (
-    'mixture?policies=["none","square","square?frequency_hz=0.05","duty_square","random","strike","switching",'
-    '"contested?against=sliding","contested?against=monitor","contested?against=pd","contested?against=disband_7",'
-    '"contested?against=assigned?laws=f","identify","always?action=-1"]&weights=[1,2,1,1,1,1,1,3,3,1,1,1,2,1]'
-)
+from cps_envs.rogue.panels import OPPONENTS, TRAINING
 
 
 def vehicle_steps(config: RogueConfig) -> float:
@@ -38,13 +24,7 @@ ROGUE = Problem(
         "attacker": Later("cps_envs.rogue.fields:attacker_fields"),
         "defender": Later("cps_envs.rogue.fields:defender_fields"),
     },
-    opponents={
-        "paper": {"attacker": "square", "defender": "none"},
-        "oscillation": {"attacker": "gains", "defender": "none"},
-        "seats": {"attacker": "square", "defender": "none"},
-        "easy": {"attacker": EASY_ATTACKERS, "defender": EASY_DEFENDERS},
-        "learning": {"attacker": ATTACKERS, "defender": "monitor"},
-    },
+    opponents=references(OPPONENTS),
     viewer="cps_envs.rogue.picture.viewer:RogueViewer",
     swarm={"defender": "vehicle_full"},
     discrete=("defender",),
@@ -61,7 +41,7 @@ ROGUE = Problem(
         ),
         "defender": Training(  # begins as `guard`, and learns where vehicles near a suspect do better
             adapter="guard",
-            opponent=TRAINING_ATTACKERS,
+            opponent=mixed(TRAINING["attacker"]),
             frame_skip=5,
             recent_s=(3.0, 20.0),
             rough_s=1.0,

@@ -17,9 +17,10 @@ from cps_agents.arena.meeting import Meeting, attempt
 from cps_agents.arena.play import play
 from cps_agents.arena.store import Store, _digest, file_name, fingerprint, identity
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.workers import Workers
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import PROBLEMS
+from cps_envs.core.declare.panel import Contestant
 
 VENUE = Venue("rogue", "paper", {"duration_s": 2.0})
 NONE, PD = Contestant("none"), Contestant("pd")

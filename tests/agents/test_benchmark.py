@@ -11,9 +11,10 @@ import pytest
 from cps_agents.arena import store
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import PROBLEMS
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.game.play import play_episodes
 from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_paper.benchmark.schedule import Benchmark, PaperCell

@@ -12,9 +12,9 @@ pytest.importorskip("scipy", reason="needs the baselines")
 from cps_agents.scoring.board import FOLDER, BoardEntry, agreement, board
 from cps_agents.scoring.exploits import read_exploits
 from cps_agents.scoring.kind import kind_of
+from cps_agents.scoring.tracks import find_track, tracks
 from cps_agents.zoo.references import origin_of
 from cps_baselines.searched import found
-from cps_baselines.tracks import find_track, tracks
 
 BLIND = {"none", "random", "constant"}  # entries that never look at anything
 PAGE = Path(__file__).parents[2] / "docs" / "challenge.md"

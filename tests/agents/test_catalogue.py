@@ -7,6 +7,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.types import ROLES, Role
 from cps_paper.benchmark.suite import find_benchmark
 from tests.episodes import spec_of
-from tools.rivals import declared
+from tools.challenge.constants import declared
 
 TABLES = [(name, table) for name in PROBLEMS for table in find_benchmark(name).tables]
 
@@ -169,11 +170,13 @@ def test_presets_and_roles_are_listed() -> None:
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("role", ROLES)
 def test_rivals_and_what_is_searched_can_be_built(problem: str, role: Role) -> None:
-    rivals, spec = declared(problem, role), spec_of(PROBLEMS[problem], role, "learning")
-    names = [each.name for each in rivals.policies]
+    panels = import_module(f"cps_envs.{problem}.panels")
+    rivals, spec = panels.RIVALS[role], spec_of(PROBLEMS[problem], role, "learning")
+    names = [each.name for each in rivals]
     assert "none" in names
     assert len(set(names)) == len(names)
-    for reference in (*(each.reference for each in (*rivals.policies, *rivals.informed)), *rivals.constants):
+    everybody = [each for place in (panels.CHALLENGE, panels.RECIPES, panels.TRAINING) for each in place.get(role, ())]
+    for reference in (*(each.reference for each in (*rivals, *everybody)), *declared(problem, role)):
         resolve_policy(reference, spec)
     for family in families(problem).values():
         if family.role == role and family.is_bounded:

@@ -11,10 +11,11 @@ import pytest
 
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.table import Table, scores
+from cps_agents.arena.venue import Venue
 from cps_agents.commands.evaluate import ranges
 from cps_agents.evaluation import Standing, is_better, worst_of
 from cps_agents.zoo.references import form_of, is_trained, origin_of
-from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
 from tests.agents.command_line import invoke, succeeded

@@ -7,7 +7,7 @@ import pytest
 
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play, spec_of
-from tools.rivals.constants import constants_of
+from tools.challenge.constants.adapters import constants_of
 
 EPISODES = range(120)
 MANY = range(500_000, 500_300)  # the best constants are 10 % behind

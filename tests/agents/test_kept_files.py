@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
+from cps_agents.arena.venue import Venue
 from cps_agents.commands.certify import plain_values, stored_episodes
 from cps_agents.files import replacing, write_text
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import TrainingJob
-from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A
 

@@ -19,11 +19,12 @@ from cps_agents.arena.admission import admit, contestants, short_name, usual, wa
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.league.league import League, asked, play_league, standings, strategies
 from cps_agents.league.meetings import Clash, has_played, left_out_for
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.types import Role
 from tests import episodes

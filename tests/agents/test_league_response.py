@@ -19,6 +19,7 @@ pytest.importorskip("scipy")
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.league import exploitability
 from cps_agents.league.exploitability import Judgement, gain_over, judge, league_value, line_up_known
@@ -32,7 +33,6 @@ from cps_agents.learning import learner
 from cps_agents.learning.recipe import SHARED, UNBOUNDED, Recipe
 from cps_agents.learning.shared import make_learner
 from cps_agents.recipes.finding import find_recipe
-from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, Role

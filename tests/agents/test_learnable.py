@@ -9,14 +9,15 @@ import pytest
 
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.evaluation import compare, is_better
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import PROBLEMS
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.interfaces.registration import class_name
 from cps_envs.core.policies.trust import vouched
 from cps_envs.core.types import ROLES, Role, other
 from tests.episodes import spec_of
-from tools.rivals.constants import constants_of, native_constants
+from tools.challenge.constants.adapters import constants_of, native_constants
 
 pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")

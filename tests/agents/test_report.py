@@ -15,13 +15,13 @@ from urllib.request import urlopen
 import pytest
 
 from cps_agents.arena.meeting import Meeting
+from cps_agents.arena.venue import Venue
 from cps_agents.report import board as boards
 from cps_agents.report.board import _training, telling
 from cps_agents.report.reel import reel_of
 from cps_agents.report.replay import MOST_FRAMES, Take, record
 from cps_agents.report.report import serve
 from cps_agents.zoo.references import origin_of
-from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.picture.recording import Recorder
 from tests.agents.command_line import invoke, succeeded

@@ -17,14 +17,16 @@ from gymnasium import spaces
 pytest.importorskip("scipy", reason="needs the baselines")
 pytest.importorskip("typer", reason="needs the command line")
 
+
 from cps_agents import score
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.errors import CommandError
 from cps_agents.scoring import board, frozen, verify
+from cps_agents.scoring import tracks as declared
 from cps_agents.scoring.kind import Kind, kind_of
 from cps_agents.scoring.score import Score
-from cps_baselines import tracks as declared
-from cps_baselines.tracks import Rival, Track
+from cps_agents.scoring.tracks import Track
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import score_seeds
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
@@ -33,12 +35,11 @@ from cps_envs.registration import find_problem
 from tests.agents.command_line import refusal, succeeded
 from tests.agents.trained import save_tiny
 from tools.challenge import freezing
-from tools.rivals import Rivals
 
 EPISODES = 24
-PANEL = (Rival("cusum", "cusum", "tracker", 2.0), Rival("chi2", "chi2", "tracker"))
+PANEL = (Contestant("cusum", answer="tracker", weight=2.0), Contestant("chi2", answer="tracker"))
 SMALL = Track("fdi", "attacker", EPISODES, PANEL)
-DEFENSE = Track("fdi", "defender", EPISODES, (Rival("tracker", "tracker", "informed"),))
+DEFENSE = Track("fdi", "defender", EPISODES, (Contestant("tracker", answer="informed"),))
 CONSTANTS = ("always?action=26", "always?action=20")
 
 
@@ -50,7 +51,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(declared, "tracks", lambda: {track.name: track for track in (SMALL, DEFENSE)})
         patch.setattr(frozen, "FOLDER", made)
         patch.setattr(board, "FOLDER", made / "board")
-        patch.setattr(freezing, "declared", lambda _, role: Rivals(constants=CONSTANTS * (role == "attacker")))
+        patch.setattr(freezing, "declared", lambda _, role: CONSTANTS * (role == "attacker"))
         for track in (SMALL, DEFENSE):
             freezing.freeze(track, 64)
         yield made

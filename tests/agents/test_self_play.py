@@ -18,6 +18,7 @@ pytest.importorskip("matplotlib")
 
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.league import self_play
 from cps_agents.league.bounds import LeagueOutcome, judge, shares
@@ -29,7 +30,7 @@ from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, it
 from cps_agents.league.self_play_report import document, draw, play_line
 from cps_agents.league.strategy import mix
 from cps_agents.workers import Workers
-from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, SIGN, Role

@@ -11,7 +11,7 @@ pytest.importorskip("scipy", reason="needs the baselines")
 
 from cps_agents import score
 from cps_agents.scoring import frozen
-from cps_baselines.tracks import find_track, tracks
+from cps_agents.scoring.tracks import find_track, tracks
 from cps_envs.core.declare.seeds import MOST_RUNS, SEEDS_PER_RUN, SPLITS, TRAINING_START, score_seeds
 from cps_envs.core.policies.lookup import policy_entry
 from cps_envs.core.types import other

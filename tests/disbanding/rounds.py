@@ -10,9 +10,10 @@ from gymnasium.utils import seeding
 from cps_envs.core.game.match import Match
 from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.problem import DISBANDING, LEARNING_ATTACKERS
+from cps_envs.disbanding.problem import DISBANDING
 
 FIRST = 500_000  # seed of the first episode
+LEARNING_ATTACKERS = DISBANDING.opponent("learning", "attacker")
 
 
 def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, num_steps: int = 10) -> Array:
@@ -44,7 +45,10 @@ def started_match(game: DisbandingGame, **players: Any) -> Match:
 
 
 def played(
-    attacker: Any = LEARNING_ATTACKERS, defender: Any = "none", count: int = 24, **overrides: Any
+    attacker: Any = LEARNING_ATTACKERS,
+    defender: Any = "none",
+    count: int = 24,
+    **overrides: Any,
 ) -> tuple[FloatArray, dict[str, Array]]:
     """What the attacker is paid in whole episodes (B,), and the metrics."""
     game = game_of(count, **overrides)

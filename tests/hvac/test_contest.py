@@ -20,10 +20,11 @@ from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.hvac.config import LEARNING, PAPER
 from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.panels import RIVALS
 from cps_envs.hvac.sensors import filter_sets
 from tests.episodes import observed
 from tests.hvac.games import go, play, spec_of, started, watched
-from tools.rivals.hvac import RIVALS
+from tools.challenge.constants.hvac import CONSTANTS
 
 SETS = filter_sets(LEARNING)
 MODEL, FIRST = 15, 16  # choices: the model, and the first filter
@@ -189,7 +190,7 @@ def test_truth_of_a_game_changes_with_it() -> None:
 
 def test_constants_of_the_defender_are_all_there_are() -> None:
     count = spec_of("defender").action_space.n
-    assert RIVALS["defender"].constants == tuple(f"always?action={choice}" for choice in range(count))
+    assert CONSTANTS["defender"] == tuple(f"always?action={choice}" for choice in range(count))
 
 
 @lru_cache
@@ -212,7 +213,7 @@ def test_something_is_left_to_infer_and_something_can_be_done() -> None:
 @pytest.mark.slow
 def test_no_choice_that_never_changes_is_as_good_as_the_best_detector() -> None:
     bar = mean_over("largest")
-    assert bar < min(mean_over(constant) for constant in RIVALS["defender"].constants)
+    assert bar < min(mean_over(constant) for constant in CONSTANTS["defender"])
 
 
 @pytest.mark.slow
@@ -243,7 +244,7 @@ def test_more_liars_cost_more() -> None:
 @pytest.mark.slow
 def test_being_told_whom_one_faces_pays_more_than_bold_lies() -> None:
     """Bold lies earn most on the mean of what needs no telling, and the best answer to each defender earns more."""
-    defenders = [contestant.reference for contestant in RIVALS["defender"].policies]
+    defenders = [contestant.reference for contestant in RIVALS["defender"]]
     bold, creeping, tracking = (
         np.array([paid(attacker, defender) for defender in defenders])
         for attacker in ("constant?reading_c=10", "brink", "tracker")

@@ -29,11 +29,11 @@ from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
+from cps_envs.rogue.panels import RESPONDED_TO, RIVALS
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
 from tests import episodes
 from tests.episodes import noted
-from tools.rivals.rogue import ATTACKERS, RESPONDED_TO
 
 FIRST = 8_000  # of the seeds here; those of the searches begin at 40,000,000
 LETTERS = {name[0]: number for number, name in enumerate(CONTROLLERS)}
@@ -120,7 +120,7 @@ def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat() -> None:
 def test_the_informed_defender_recognises_its_attackers_and_no_others() -> None:
     informed = Informed(spec_of("defender"))
     references = list(responses())
-    assert references == [contestant.reference for contestant in ATTACKERS]
+    assert references == [contestant.reference for contestant in RIVALS["attacker"]]
     spec = spec_of("attacker")
     for place, reference in enumerate(references):
         opponent = None if reference == "none" else resolve_policy(reference, spec)

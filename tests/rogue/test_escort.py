@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.families import ESCORT
-from cps_baselines.rogue.tracks import TRACKS
-from cps_baselines.tracks import Rival
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.types import Array
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
+from cps_envs.rogue.panels import CHALLENGE
 from cps_envs.rogue.problem import ROGUE
 from tests.episodes import spec_of, watched
 
@@ -26,8 +26,8 @@ def paid(attacker: str, defender: str) -> Array:
     return play_episodes(ROGUE, ROGUE.config("learning", {}), players, EPISODES)["return"]
 
 
-@pytest.mark.parametrize("rival", TRACKS[1].panel[:5], ids=lambda rival: rival.name)
-def test_it_lets_less_pass_than_controllers_do(rival: Rival) -> None:
+@pytest.mark.parametrize("rival", CHALLENGE["attacker"][:5], ids=lambda rival: rival.name)
+def test_it_lets_less_pass_than_controllers_do(rival: Contestant) -> None:
     told = paid(rival.policy, "escort")
     for other in ("sliding", "monitor", "assigned?laws=ssl", "sliding_detection"):
         assert np.mean(paid(rival.policy, other) - told) > 1.0, other

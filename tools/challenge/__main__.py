@@ -8,7 +8,7 @@ import typer
 
 from cps_agents.console import note, out
 from cps_agents.errors import CommandError
-from cps_baselines.tracks import find_track, tracks
+from cps_agents.scoring.tracks import find_track, tracks
 from tools.challenge.freezing import freeze
 from tools.command import run
 

@@ -10,14 +10,14 @@ import numpy as np
 from cps_agents.files import write_json
 from cps_agents.scoring import frozen
 from cps_agents.scoring.playing import answers, pays, seeds_of
-from cps_baselines.tracks import CHALLENGE, Track
+from cps_agents.scoring.tracks import CHALLENGE, Track
 from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.policies.adapter import adapter_of
 from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
-from tools.rivals import declared
-from tools.rivals.constants import constants_of, native_constants
+from tools.challenge.constants import declared
+from tools.challenge.constants.adapters import constants_of, native_constants
 
 ROUNDS = ((64, 8), (8, 2), (1, 1))  # constants play such a part of the episodes, and so many of them stay
 FEWEST = 4  # episodes against each opponent, in every round
@@ -76,7 +76,7 @@ def every_constant(track: Track) -> list[str]:
     if adapter not in {NATIVE, *spec.adapters}:
         adapter = next(iter(spec.adapters))
     choices = choices_of(adapter_of(spec, adapter).action_space)
-    constants = declared(track.problem, track.role).constants
+    constants = declared(track.problem, track.role)
     own = constants_of(spec, adapter, MOST_CONSTANTS) if choices else []
     return list(dict.fromkeys(["none", "random", *constants, *native_constants(spec), *own]))
 

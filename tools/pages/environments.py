@@ -13,8 +13,8 @@ import gymnasium
 from gymnasium.envs.registration import load_env_creator
 
 from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
+from cps_agents.scoring.tracks import tracks
 from cps_agents.sheet import Sheet
-from cps_baselines.tracks import tracks
 from cps_envs import PROBLEMS
 from cps_envs.core.declare.config import parameter_table
 from cps_envs.core.declare.training import NATIVE, Training

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from cps_agents.scoring.board import BoardEntry, front
 from cps_agents.scoring.frozen import read_frozen
-from cps_baselines.tracks import Track, tracks
+from cps_agents.scoring.tracks import Track, tracks
 from cps_envs import PROBLEMS
 
 

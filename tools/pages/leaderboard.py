@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from cps_agents.scoring.board import BoardEntry, agreement, table
 from cps_agents.scoring.exploits import KNOWN, Exploit
 from cps_agents.scoring.frozen import Frozen, read_frozen
+from cps_agents.scoring.tracks import CHALLENGE, tracks
 from cps_agents.sheet import Sheet
-from cps_baselines.tracks import CHALLENGE, tracks
 from cps_envs.registration import find_problem
 
 LONGEST = 120  # characters of a reference

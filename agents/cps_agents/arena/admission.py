@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from gymnasium.utils import seeding
 
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError, explain
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_agents.zoo.references import PREFIX, form_of
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.policies.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import Role

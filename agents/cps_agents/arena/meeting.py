@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError, explain
-from cps_baselines.arena import Venue
 from cps_envs.core.documents import Entry
 from cps_envs.registration import find_problem
 

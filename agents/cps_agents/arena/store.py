@@ -23,7 +23,7 @@ from cps_envs.core.documents import DamagedFileError, read_entry
 
 LONGEST_NAME = 90  # of a file, before its hash
 DATA = ("*.py", "*.json", "*.csv")
-DECLARATIONS = ("benchmark.py", "searches.py", "tracks.py")  # what is played, which each piece of work tells itself
+DECLARATIONS = ("benchmark.py", "panels.py")  # what is played, which each piece of work tells itself
 
 
 class Store:

@@ -15,9 +15,10 @@ import numpy as np
 
 from cps_agents.arena.admission import short_name
 from cps_agents.arena.meeting import Meeting, Result
+from cps_agents.arena.venue import Venue
 from cps_agents.zoo.references import Origin, origin_of
-from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.declare.config import form_fields
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.types import ROLES, FloatArray, Role
 from cps_envs.registration import find_problem

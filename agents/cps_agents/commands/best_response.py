@@ -39,8 +39,8 @@ from cps_agents.recipes.finding import usual_recipe
 from cps_agents.scoring.exploits import KNOWN, Exploit, entry_at, keep_exploit
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.references import is_trained
-from cps_baselines.arena import Contestant
 from cps_envs import find_problem
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.types import Role, other
 
 AGAINST = "Respond to this {}: its name or zoo:NAME. May be repeated: several are mixed."

@@ -11,6 +11,7 @@ from cps_agents.arena.admission import ALL, admit, contestants, short_name, usua
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Table
+from cps_agents.arena.venue import Venue
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
@@ -30,8 +31,8 @@ from cps_agents.evaluation import Standing, compare, is_better
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Cell, Sheet, styled
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.types import FloatArray, Role, other
 
 BASELINE = "Compare with this policy, or with `all` that can play; may be repeated."

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.arena.store import Store
+from cps_agents.arena.venue import Venue
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
@@ -30,7 +31,6 @@ from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.report.board import board_of
 from cps_agents.report.report import Report, write_report
-from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES, Role

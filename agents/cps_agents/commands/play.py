@@ -7,10 +7,10 @@ from typing import Annotated
 import typer
 
 from cps_agents.arena.meeting import Meeting
+from cps_agents.arena.venue import Venue
 from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Preset
 from cps_agents.console import assignments
 from cps_agents.film import Film, show_meeting
-from cps_baselines.arena import Venue
 from cps_envs import find_problem
 
 RENDER = "Show a window (human), or write FILE.mp4, FILE.gif, FILE.png or FILE.svg."

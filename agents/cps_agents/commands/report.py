@@ -10,6 +10,7 @@ import typer
 
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.commands.league import MOST
 from cps_agents.commands.options import MEETINGS, Attackers, Changes, Defenders, Fresh, Jobs, Meetings, Preset
 from cps_agents.console import assignments, note
@@ -21,7 +22,6 @@ from cps_agents.report.board import Board, kept_board, play_board
 from cps_agents.report.report import Report, write_report
 from cps_agents.report.report import serve as serve_folder
 from cps_agents.report.sources import read_curves, read_sheets
-from cps_baselines.arena import Venue
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.types import Role

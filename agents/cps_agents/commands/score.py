@@ -17,9 +17,9 @@ from cps_agents.scoring.board import agreement, rank_line, table
 from cps_agents.scoring.board import board as ranked
 from cps_agents.scoring.kind import Kind
 from cps_agents.scoring.score import Score, score
+from cps_agents.scoring.tracks import find_track, tracks
 from cps_agents.scoring.verify import read_score
 from cps_agents.scoring.verify import verify as check
-from cps_baselines.tracks import find_track, tracks
 
 
 class Scores(TyperGroup):

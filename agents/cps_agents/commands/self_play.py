@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.arena.store import Store
+from cps_agents.arena.venue import Venue
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
@@ -37,7 +38,6 @@ from cps_agents.machine import available_cores, describe
 from cps_agents.recipes.finding import usual_recipe
 from cps_agents.workers import Workers
 from cps_agents.zoo.references import form_of
-from cps_baselines.arena import Venue
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES, Role
 

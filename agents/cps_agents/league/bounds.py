@@ -20,7 +20,7 @@ from cps_agents.league.self_play import (
     play_pool,
 )
 from cps_agents.league.strategy import Strategy
-from cps_baselines.arena import Contestant
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import EVALUATION, VALIDATION
 from cps_envs.core.types import FloatArray
 

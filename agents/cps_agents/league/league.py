@@ -12,11 +12,12 @@ from cps_agents.arena.play import Report, silent
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Table
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.league.equilibrium import Equilibrium, dominating, game_value, solve
 from cps_agents.league.meetings import LeftOut, Payoffs, find_clashes, has_played, left_out_for, play_table
 from cps_agents.workers import Workers
-from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
 
 Dominators: TypeAlias = list[FloatArray | None]

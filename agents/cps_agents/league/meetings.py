@@ -19,11 +19,12 @@ from cps_agents.arena.meeting import Result
 from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Pair, Table, scores
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import explain
 from cps_agents.workers import Workers
 from cps_agents.zoo.references import is_trained
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import ROLES, FloatArray, Role
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cps_agents.arena.table import RETURN
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.league.venues import form_of_recipe
 from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe, usual_recipe
-from cps_baselines.arena import Venue
 from cps_baselines.family import families
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role

@@ -12,6 +12,7 @@ from cps_agents.arena.admission import admit
 from cps_agents.arena.play import silent
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.meetings import play_table
 from cps_agents.league.oracles import Oracle
@@ -23,8 +24,8 @@ from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
 from cps_agents.workers import Workers
 from cps_agents.zoo.references import PREFIX
-from cps_baselines.arena import Contestant, Venue
 from cps_baselines.family import find_family
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 

@@ -16,6 +16,7 @@ from typing import Any
 from cps_agents.arena.play import silent
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
@@ -26,7 +27,7 @@ from cps_agents.league.response import Budget, Question, Response, Responses, Te
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.progress import Progress
 from cps_agents.workers import Workers
-from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import ROLES, FloatArray, Role, other

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qsl
 
+from cps_envs.core.declare.panel import MIXTURE, mixture
 from cps_envs.core.documents import parse
 
 DIGITS = 6  # of the weights in a reference
-MIXTURE = "mixture"
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class Strategy:
         if len(self.policies) == 1:
             return self.policies[0]
         weights = [round(share, DIGITS) for share in self.probabilities]
-        return f"{MIXTURE}?policies={_quoted(list(self.policies))}&weights={_quoted(weights)}"
+        return mixture(self.policies, weights)
 
 
 def mix(policies: Sequence[str], weights: Sequence[float] | None = None) -> Strategy:
@@ -77,9 +76,3 @@ def _parts(reference: str) -> list[tuple[str, float]]:
             f'{reference!r} is no mixture ({error}): write mixture?policies=["a","b"]&weights=[1,3]'
         ) from error
     return list(zip(inner.policies, inner.probabilities, strict=True))
-
-
-def _quoted(value: list[str] | list[float]) -> str:
-    """JSON as the value of a query; what need not be encoded stays readable."""
-    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
-    return text.replace("%", "%25").replace("&", "%26").replace("+", "%2B")

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.league.strategy import Strategy
 from cps_agents.learning.recipe import Recipe
 from cps_agents.zoo.references import card_of, form_of
-from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.declare.config import form_fields
 from cps_envs.core.types import Role

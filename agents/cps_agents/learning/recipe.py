@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
+from cps_agents.arena.venue import Venue
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
-from cps_baselines.arena import Venue
 from cps_envs.core.errors import near
 from cps_envs.core.types import SIGN, Array, FloatArray, Role, other
 from cps_envs.registration import find_problem

@@ -6,9 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from cps_agents.learning.recipe import Recipe
+from cps_envs.core.declare.panel import mixed
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import Role
+from cps_envs.disbanding import panels as disbanding
+from cps_envs.fdi import panels as fdi
+from cps_envs.hvac import panels as hvac
+from cps_envs.rogue import panels as rogue
 
 KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
     "final_learning_rate": "final_learning_rate",
@@ -32,19 +37,6 @@ STEPS: Mapping[tuple[str, Role], int] = {  # chosen: some two CPU minutes on the
     ("rogue", "defender"): 1_800_000,
 }
 USUAL_STEPS = 3_000_000  # of a problem of one's own
-# Defenders that a rogue attacker meets in training; others are left for judging.
-ROGUE_DEFENDERS = (
-    'mixture?policies=["monitor","sliding","assigned?laws=ssl","assigned?laws=f","assigned","pd_detection","disband_4"]'
-    "&weights=[5,2,1,1,1,1,1]"
-)
-
-
-def mixture(weights: Mapping[str, float]) -> str:
-    """The reference of a mixture of policies, each with a weight."""
-    names = ",".join(f'"{name.replace("&", "%26")}"' for name in weights)
-    return f"mixture?policies=[{names}]&weights=[{','.join(map(str, weights.values()))}]"
-
-
 # What a role needs beside the settings that every library is told, and how long it learns.
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     # Four or five decisions in an episode, and what is drawn in it decides the most.
@@ -63,7 +55,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "hold": 100,
         "relative": False,
         "episode_noise": True,
-        "opponent": 'mixture?policies=["spread","random","timed?jam=1","timed?jam=2","timed?jam=3"]',
+        "opponent": mixed(disbanding.RECIPES["attacker"]),
         "initial_deviation": 0.15,
         "learning_rate": 3e-4,
         "final_learning_rate": 3e-5,
@@ -72,7 +64,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluations": 3,
     },
     ("rogue", "attacker"): {  # scattered platoons pay until the end, so it looks far ahead
-        "opponent": ROGUE_DEFENDERS,
+        "opponent": mixed(rogue.RECIPES["defender"]),
         "num_envs": 256,
         "steps_per_update": 32,
         "discount": 0.996,
@@ -80,14 +72,14 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluation_episodes": 192,
     },
     ("rogue", "defender"): {"evaluations": 4, "evaluation_episodes": 512},
-    ("hvac", "attacker"): {  # opponents that are fooled by opposite signs teach less: the others are for judging
-        "opponent": "largest",
+    ("hvac", "attacker"): {
+        "opponent": mixed(hvac.RECIPES["defender"]),
         "evaluations": 2,
         "evaluation_episodes": 256,
     },
-    # What was used lately tells the defenders apart. `zoo:fdi-defense` is for judging.
+    # What was used lately tells the defenders apart.
     ("fdi", "attacker"): {
-        "opponent": mixture({"cusum": 2, "chi2": 1, "bank": 2, "hypotheses": 2}),
+        "opponent": mixed(fdi.RECIPES["defender"]),
         "recent_s": (1.0, 4.0),
         "hidden": (96, 96),
         "num_envs": 512,
@@ -97,19 +89,8 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluations": 4,
         "evaluation_episodes": 1024,
     },
-    ("fdi", "defender"): {  # trackers that answer other detectors, too; `mimic` of 0.4 and 0.6 m/s2 is for judging
-        "opponent": mixture(
-            {
-                "none": 1,
-                "swing": 1,
-                "bang_bang": 1,
-                "blind_tracker": 1,
-                "tracker": 3,
-                "tracker?margin=1.072&late=2.299&swing=2.032&swing_s=0.9383&range_part=1.052": 2,
-                "tracker?margin=0.1534&late=2.725&swing=-0.377&swing_s=2.65&range_part=0.6174": 1,
-                **{f"mimic?acceleration_mps2={value}": 1 for value in (0.2, 0.3, 0.5, 0.8)},
-            }
-        ),
+    ("fdi", "defender"): {
+        "opponent": mixed(fdi.RECIPES["attacker"]),
         "rows_per_update": 12_288,
         "evaluations": 6,
         "evaluation_episodes": 512,

@@ -25,8 +25,8 @@ from cps_agents.league.meetings import LeftOut, payoffs_of
 from cps_agents.report.replay import Take
 from cps_agents.workers import Workers
 from cps_agents.zoo.references import PREFIX, Origin
-from cps_baselines.arena import Contestant
 from cps_envs import find_problem
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role
 

@@ -12,9 +12,9 @@ import numpy as np
 from cps_agents.errors import CommandError
 from cps_agents.scoring.exploits import Exploit, read_exploits
 from cps_agents.scoring.score import SEEDS, Score
+from cps_agents.scoring.tracks import Track, tracks
 from cps_agents.scoring.verify import read_score
 from cps_agents.sheet import Sheet
-from cps_baselines.tracks import Track, tracks
 from cps_envs.core.types import BoolArray, FloatArray
 
 FOLDER = Path(__file__).parents[3] / "leaderboard" / "v1"  # of a clone; an installed package has none

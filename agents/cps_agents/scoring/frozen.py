@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.scoring.playing import answers, seeds_of
-from cps_baselines.tracks import CHALLENGE, Track
+from cps_agents.scoring.tracks import CHALLENGE, Track
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
@@ -73,7 +73,12 @@ def other_game(track: Track, reason: str) -> CommandError:
 
 def identity(track: Track) -> str:
     """A hash of all that a track declares: panel, configuration and version of the environment."""
-    plain = [CHALLENGE, asdict(track), repr(track.venue.config), find_problem(track.problem).version]
+    panel = [
+        {"name": each.name, "policy": each.reference, "answer": each.answer, "weight": each.weight}
+        for each in track.panel
+    ]
+    declared = {"problem": track.problem, "role": track.role, "episodes": track.episodes, "panel": panel}
+    plain = [CHALLENGE, declared, repr(track.venue.config), find_problem(track.problem).version]
     return hashlib.sha256(json.dumps(plain).encode()).hexdigest()[:12]
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cps_agents.errors import CommandError
+from cps_agents.scoring.tracks import Track
 from cps_agents.zoo.references import SB3, card_of
-from cps_baselines.tracks import Track
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.registration import find_problem
 

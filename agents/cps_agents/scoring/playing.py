@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.play import silent
+from cps_agents.scoring.tracks import Track
 from cps_agents.zoo.references import form_of
-from cps_baselines.tracks import Track
 from cps_envs.core.declare.seeds import score_seeds
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import PolicyReference

@@ -17,9 +17,9 @@ from cps_agents.machine import versions
 from cps_agents.scoring.frozen import DEV, Frozen, read_frozen, rounded, texts
 from cps_agents.scoring.kind import Kind, kind_of
 from cps_agents.scoring.playing import Report, parted, pays, seeds_of
+from cps_agents.scoring.tracks import CHALLENGE, find_track
 from cps_agents.zoo.lookup import playable
 from cps_agents.zoo.references import origin_of
-from cps_baselines.tracks import CHALLENGE, find_track
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem

@@ -16,8 +16,8 @@ from cps_agents.scoring.frozen import TOLERANCE, read_frozen, read_pays
 from cps_agents.scoring.kind import KINDS, Kind
 from cps_agents.scoring.playing import answers, parted, pays, seeds_of
 from cps_agents.scoring.score import Score
+from cps_agents.scoring.tracks import CHALLENGE, find_track
 from cps_agents.zoo.references import origin_of
-from cps_baselines.tracks import CHALLENGE, find_track
 from cps_envs.core.documents import MOST_BYTES, read_bytes, read_entry
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray

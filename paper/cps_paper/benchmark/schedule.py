@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cps_agents.arena.table import Table
-from cps_baselines.arena import Contestant
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import ConfigurationError
 
 

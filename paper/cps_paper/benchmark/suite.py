@@ -12,10 +12,11 @@ from cps_agents.arena.meeting import Meeting, Result, attempt
 from cps_agents.arena.play import QUICK_EPISODES, Place, Played, Report, play, silent
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
+from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.workers import Workers
-from cps_baselines.arena import Contestant, Venue
 from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import near
 from cps_envs.core.types import Role
 from cps_paper.benchmark.schedule import Benchmark

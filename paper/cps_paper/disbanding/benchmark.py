@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from cps_agents.arena.table import Table
-from cps_baselines.arena import Contestant, Venue
+from cps_agents.arena.venue import Venue
+from cps_envs.core.declare.panel import Contestant
 from cps_paper.benchmark.schedule import Benchmark, PaperCell
 from cps_paper.printed.tables import velocity_errors
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from cps_agents.arena.table import Table
-from cps_baselines.arena import Contestant, Venue
+from cps_agents.arena.venue import Venue
+from cps_envs.core.declare.panel import Contestant
 from cps_paper.benchmark.schedule import Benchmark
 
 TASKS = ("x1>1", "x2>2", "x4>4", "x3>4", "v1>1", "v4>4", "x1,2>1", "v1,2>1", "xv4>4")

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from cps_agents.arena.table import Table
-from cps_baselines.arena import Contestant, Venue
+from cps_agents.arena.venue import Venue
 from cps_baselines.hvac.calibrated import HARD
-from cps_envs.hvac.problem import EASY_ATTACKERS
+from cps_envs.core.declare.panel import Contestant
+from cps_envs.hvac.problem import HVAC
 from cps_paper.benchmark.schedule import Benchmark, PaperCell
 
 EPISODES = 10  # of a table of the paper, as many as its reproduction takes
@@ -71,7 +72,7 @@ def _mismatch_table(name: str, title: str, overrides: Mapping[str, Any]) -> Tabl
         venue=Venue("hvac", "easy", overrides),
         attackers=(
             *(Contestant(name) for name in ("none", *SCRIPTED, *STEALTHY)),
-            Contestant("mixture", policy=EASY_ATTACKERS),
+            Contestant("mixture", policy=HVAC.opponent("easy", "attacker")),
         ),
         defenders=MISMATCH_DEFENDERS,
         episodes=DRAWS,

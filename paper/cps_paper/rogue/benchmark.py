@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cps_agents.arena.table import Table
-from cps_baselines.arena import Contestant, Venue
+from cps_agents.arena.venue import Venue
+from cps_envs.core.declare.panel import Contestant
 from cps_paper.benchmark.schedule import Benchmark
 
 RATIOS = (1.0, 1.3)

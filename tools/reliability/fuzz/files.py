@@ -13,9 +13,9 @@ from safetensors.numpy import load_file, save_file
 
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
+from cps_agents.arena.venue import Venue
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
-from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.types import ROLES, Array
 from tools.reliability.chunk import Chunk

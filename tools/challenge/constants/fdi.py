@@ -1,4 +1,4 @@
-"""Who plays preset `learning` of false data injection: who lies, who watches, and constants."""
+"""Policies of false data injection that take one action."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from itertools import product
 
-from cps_baselines.arena import Contestant
 from cps_envs.core.types import Role
-from tools.rivals import Rivals
 
 VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
 PAIRED = VEHICLES - 1  # gaps with a rear sensor
@@ -42,22 +40,7 @@ def always(action: list[int]) -> str:
     return f"always?action={json.dumps(action, separators=(',', ':'))}"
 
 
-RIVALS: Mapping[Role, Rivals] = {
-    "attacker": Rivals(
-        policies=(
-            *map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker")),
-            Contestant("task_tracker"),
-            Contestant("task_tracker_start", "task_tracker?untrained=true"),
-        ),
-        constants=tuple(constant_attacks()),
-    ),
-    "defender": Rivals(
-        policies=(
-            *map(Contestant, ("none", "chi2", "cusum", "bank", "model_only")),
-            Contestant("hypotheses"),
-            Contestant("hypotheses_start", "hypotheses?untrained=true"),
-        ),
-        constants=tuple(constant_defences()),
-        informed=(Contestant("informed"),),
-    ),
+CONSTANTS: Mapping[Role, tuple[str, ...]] = {
+    "attacker": tuple(constant_attacks()),
+    "defender": tuple(constant_defences()),
 }

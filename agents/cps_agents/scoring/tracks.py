@@ -1,32 +1,28 @@
-"""The tracks of challenge v1, as plain data: who is played, how often, and what answers each; see docs/challenge.md.
+"""The tracks of challenge v1: who is played, how often, and what answers each; see docs/challenge.md.
 
-A problem declares its two in `<problem>/tracks.py`. Whatever changes here makes another challenge.
+A problem declares the panels of its two in `cps_envs/<problem>/panels.py`. Whatever changes there makes another
+challenge. So searched numbers are written out: a track is known by its content.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import Any
 
-from cps_baselines.arena import Venue
+from cps_agents.arena.venue import Venue
+from cps_baselines.searched import pinned
+from cps_envs.core.declare.panel import Panel
 from cps_envs.core.errors import UnknownNameError, near
-from cps_envs.core.types import Role
+from cps_envs.core.types import ROLES, Role, other
 
 CHALLENGE = "challenge-v1"
-PROBLEMS = ("rogue", "fdi", "hvac", "disbanding")
-
-
-@dataclass(frozen=True)
-class Rival:
-    """An opponent of a panel, and the best answer to it that was known when the challenge was frozen."""
-
-    name: str  # short, for tables
-    policy: str  # reference with every number
-    answer: str  # reference of the own role, may be told what the role has to infer; it has the score 100
-    weight: float = 1.0
+EPISODES: Mapping[str, tuple[int, int]] = {  # of attackers and of defenders, against each opponent
+    "rogue": (1024, 1024),
+    "fdi": (4096, 1024),
+    "hvac": (2048, 512),
+    "disbanding": (128, 128),
+}
 
 
 @dataclass(frozen=True)
@@ -36,7 +32,7 @@ class Track:
     problem: str
     role: Role
     episodes: int  # against each opponent; the quiet ones that the preset draws are among them
-    panel: tuple[Rival, ...]
+    panel: Panel
 
     @property
     def name(self) -> str:
@@ -60,16 +56,18 @@ class Track:
         return tuple(rival.weight / total for rival in self.panel)
 
 
-def written(name: str, **options: Any) -> str:
-    """A policy's reference with its options, such as "chi2?gate=0.01"."""
-    pairs = (f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in options.items())
-    return f"{name}?{'&'.join(pairs)}" if options else name
-
-
 def tracks() -> Mapping[str, Track]:
     """All eight tracks by name."""
-    found = (each for problem in PROBLEMS for each in import_module(f"cps_baselines.{problem}.tracks").TRACKS)
+    found = (_track(problem, role) for problem in EPISODES for role in ROLES)
     return {track.name: track for track in found}
+
+
+def _track(problem: str, role: Role) -> Track:
+    declared: Panel = import_module(f"cps_envs.{problem}.panels").CHALLENGE[other(role)]
+    panel = (
+        replace(each, policy=pinned(problem, each.reference), answer=pinned(problem, each.answer)) for each in declared
+    )
+    return Track(problem, role, EPISODES[problem][ROLES.index(role)], tuple(panel))
 
 
 def find_track(name: str) -> Track:
