@@ -31,23 +31,23 @@ def shipped_names(folder: Path = SHIPPED) -> list[str]:
     return sorted(path.stem for path in folder.glob("*.json") if not path.name.startswith("."))
 
 
-def find(name: str | Path) -> Path:
+def find(name: str) -> Path:
     """The card of a shipped policy's name, of a card's path, or of a folder with one card (of a training run).
 
     Raises:
         UnknownNameError: there is none.
     """
-    path, text = Path(name), str(name)
-    if text in shipped_names():
-        return SHIPPED / f"{text}.json"
+    path = Path(name)
+    if name in shipped_names():
+        return SHIPPED / f"{name}.json"
     if path.suffix in (".json", ".safetensors") and path.with_suffix(".json").is_file():
         return path.with_suffix(".json")
     inside = path / "policy.json"
     if inside.is_file():
         return inside
     raise UnknownNameError(
-        f"there is no trained policy {text!r}: neither shipped, nor a card's file, nor the folder of a training run "
-        f"(with policy.json). {near(text, shipped_names())}"
+        f"there is no trained policy {name!r}: neither shipped, nor a card's file, nor the folder of a training run "
+        f"(with policy.json). {near(name, shipped_names())}"
     )
 
 
@@ -86,7 +86,7 @@ def save(
 def load(name: str | Path, seed: int | None = None, *, untrained: bool = False) -> tuple[Card, Network]:
     """The card and the network of one training seed, the best if none is given. It runs no code.
 
-    `name` is what `find` takes.
+    `name` is what `find` takes, or the path of a card.
 
     With `untrained` the network is the one that this training began with.
 
@@ -95,7 +95,7 @@ def load(name: str | Path, seed: int | None = None, *, untrained: bool = False) 
         ValueError: a damaged file, a seed that is not in it, or no untrained network in it.
         OSError: a file cannot be read.
     """
-    card_path = find(name)
+    card_path = find(name) if isinstance(name, str) else name
     card, data = read_pair(card_path)
     chosen = card.best if seed is None else seed
     if str(chosen) not in card.seeds:
