@@ -44,7 +44,7 @@ EVERY: dict[Role, list[str]] = {
 GAME = SelfPlayGame(
     VENUE,
     {"attacker": ["none"], "defender": ["pd"]},
-    {role: [Oracle("exact")] for role in ROLES},
+    {role: [Oracle("exact", ())] for role in ROLES},
     episodes=6,
     seeds=1,
 )
