@@ -90,23 +90,26 @@ class JointByLibrary:
     their own.
     """
 
-    def __init__(self, design: JointDesign, settings: JointSettings, count: int, accuracy: float) -> None:
+    def __init__(
+        self, design: JointDesign, settings: JointSettings, count: int, accuracy: float, iterations: int = 50_000
+    ) -> None:
         hessian, rows = joint_matrices(design, settings, count)
         self.shape, size = (count, settings.horizon), len(hessian)
         self.roots = np.sqrt(PENALTIES)[:, None]
         commands, speeds, gaps = (root * row for root, row in zip(self.roots, rows, strict=True))
         room = sparse.identity(size)
-        cost = sparse.block_diag([np.triu(hessian), sparse.csc_matrix((size, size))], format="csc")
+        upper = sparse.csc_matrix(np.triu(hessian))  # without its zeros, which `block_diag` would keep
+        cost = sparse.block_diag([upper, sparse.csc_matrix((size, size))], format="csc")
         limited = [[commands, None], [speeds, None], [gaps, self.roots[2, 0] * room], [None, SLACK_ROOT * room]]
         ends = np.full(4 * size, 1.0)
         self.solver = osqp.OSQP()
         plain = {"eps_rel": 0.0, "rho": 1.0, "adaptive_rho": False, "scaling": 0, "check_termination": 5}
         stacked = sparse.bmat(limited, format="csc")
-        plain |= {"eps_abs": accuracy, "max_iter": 50_000, "verbose": False}
+        plain |= {"eps_abs": accuracy, "max_iter": iterations, "verbose": False}
         self.solver.setup(cost, np.zeros(2 * size), stacked, -ends, ends, **plain)
 
     def solve(self, given: JointScratch) -> FloatArray:
-        """The commands (count, H)."""
+        """The commands (count, H); not the optimum where the iterations do not suffice."""
         size = self.shape[0] * self.shape[1]
         low, high = (self.roots * each[:, : self.shape[0]].reshape(3, size) for each in (given.low, given.high))
         self.solver.update(
@@ -114,7 +117,7 @@ class JointByLibrary:
             l=np.concatenate([low.ravel(), np.zeros(size)]),
             u=np.concatenate([high.ravel(), np.full(size, np.inf)]),
         )
-        return np.reshape(self.solver.solve(raise_error=True).x[:size], self.shape)
+        return np.reshape(self.solver.solve(raise_error=False).x[:size], self.shape)
 
 
 def joint_matrices(design: JointDesign, settings: JointSettings, count: int) -> tuple[FloatArray, list[FloatArray]]:

@@ -126,7 +126,7 @@ def programs_met(platoons: int, decisions: Sequence[int]) -> Iterator[tuple[Join
 
 def test_programs_of_an_episode_are_solved_as_osqp_does() -> None:
     bound = 0
-    for design, given, count in programs_met(3, (5, 10, 20)):
+    for design, given, count in programs_met(2, (5, 10, 20)):
         expected = JointByLibrary(design, BEST, count, 1e-4).solve(given)
         commands, multipliers = np.zeros(expected.shape), np.zeros((3, *expected.shape))
         assert joint_by_kernel(design, count, commands, multipliers, 50_000, 1e-6, given) < 1e-6
@@ -136,20 +136,19 @@ def test_programs_of_an_episode_are_solved_as_osqp_does() -> None:
 
 
 @pytest.mark.slow
-def test_osqp_takes_more_than_twice_the_time() -> None:
-    """Why `joint` does not call it: warm-started, for first commands that agree within 0.1 m/s2."""
-    spent, library, plan = [], None, np.zeros((4, 90, BEST.horizon))
+def test_osqp_takes_more_than_twice_the_time_for_as_many_iterations() -> None:
+    """Why `joint` does not call it: iterations of both come as near to the optimum, and both start warm."""
+    iterations, spent, library, plan = 150, [], None, np.zeros((4, 90, BEST.horizon))
     for design, given, count in programs_met(10, range(20, 30)):
-        library = library or JointByLibrary(design, BEST, count, 0.3)
+        library = library or JointByLibrary(design, BEST, count, 1e-9, iterations)
         started = time.process_time()
-        joint_by_kernel(design, count, plan[0], plan[1:], BEST.iterations, BEST.tolerance, given)
+        joint_by_kernel(design, count, plan[0], plan[1:], iterations, 0.0, given)
         between = time.process_time()
-        commands = library.solve(given)
+        library.solve(given)
         spent.append((between - started, time.process_time() - between))
-        np.testing.assert_allclose(plan[0, :, 0], commands[:, 0], atol=0.1)
-    ours, theirs = np.sum(spent[1:], axis=0)  # the first one starts cold, and compiles
-    print(f"CPU time of a program: {1e3 * ours / len(spent[1:]):.1f} ms, OSQP {1e3 * theirs / len(spent[1:]):.1f} ms")
-    assert theirs > 2.0 * ours
+    ours_s, theirs_s = np.median(spent, axis=0)  # the first one compiles
+    print(f"CPU time of a program: {1e3 * ours_s:.1f} ms, OSQP {1e3 * theirs_s:.1f} ms")
+    assert theirs_s > 2.0 * ours_s
 
 
 def test_an_episode_tells_the_residual_of_its_last_programs() -> None:

@@ -9,7 +9,7 @@ vehicle (exact for a command that is held), the program is
 Its matrix is block tridiagonal along the string, with the same blocks for every vehicle but the last. So it is factored
 once for a lag, and a solution costs a sweep to the rear and one back. The splitting is that of OSQP (Stellato et al.,
 2020) with a cap on the multipliers: beyond it a row gives way, so that there is always a solution. The package itself
-takes over twice the CPU time for as many iterations, because it does not share the factor among vehicles.
+takes about three times as long for as many iterations: it does not share the factor among vehicles.
 """
 
 from __future__ import annotations
