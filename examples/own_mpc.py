@@ -19,11 +19,7 @@ import osqp
 from scipy import sparse
 
 import cps_envs
-from cps_envs.core.game.play import play_episodes
-from cps_envs.core.policies.policy import AnalyticPolicy
-from cps_envs.core.policies.seen import Seen
-from cps_envs.core.types import Array, State
-from cps_envs.disbanding.problem import DISBANDING
+from cps_envs import AnalyticPolicy, Seen, find_problem, play_episodes, types
 
 N, T_S = 5, 0.1  # horizon in periods, and the sampling time T_s (s) for which a command is held
 Q = np.diag([1.0, 5.0, 0.0])  # price of errors of gap (m), speed (m/s) and acceleration (m/s2), (A.9)
@@ -34,10 +30,10 @@ R = 0.1  # price of a command (m/s2)
 class Program(NamedTuple):
     """Predicted errors of a vehicle behind another, `free @ e + own @ U + ahead * u_(i-1)`, and the solver."""
 
-    free: Array  # (3N, 3) Abar of (A.10)
-    own: Array  # (3N, N) Bbar_1
-    ahead: Array  # (3N,) Bbar_2 times ones: the predecessor keeps its command
-    weights: Array  # (3N, 3N) Qbar of (A.11)
+    free: types.Array  # (3N, 3) Abar of (A.10)
+    own: types.Array  # (3N, N) Bbar_1
+    ahead: types.Array  # (3N,) Bbar_2 times ones: the predecessor keeps its command
+    weights: types.Array  # (3N, 3N) Qbar of (A.11)
     solver: osqp.OSQP
 
 
@@ -65,7 +61,7 @@ def program(tau_s: float) -> Program:
 class OwnMpc(AnalyticPolicy):
     """Brakes each vehicle behind a disbanded platoon as appendix A finds best."""
 
-    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
+    def act(self, seen: Seen, state: types.State | None) -> tuple[types.Array, types.State | None]:
         """Actions (B, M): what is added to the commands of M vehicles, as shares of u_max - u_min."""
         config = self.spec.config
         actions = np.zeros((len(seen), config.max_vehicles))
@@ -73,7 +69,7 @@ class OwnMpc(AnalyticPolicy):
             actions[b] = self.sweep({name: seen[name][b] for name in SIGNALS})
         return actions / (config.max_acceleration_mps2 - config.min_acceleration_mps2), state
 
-    def sweep(self, now: dict[str, Array]) -> Array:
+    def sweep(self, now: dict[str, types.Array]) -> types.Array:
         """The corrections (M,) in m/s2 of the vehicles of one episode, front to rear."""
         config, law = self.spec.config, now["law_command"]
         corrections, ahead = np.zeros(len(law)), law[0]
@@ -86,7 +82,7 @@ class OwnMpc(AnalyticPolicy):
             ahead = config.min_acceleration_mps2 if gap <= near else law[q] + corrections[q]
         return corrections
 
-    def command(self, now: dict[str, Array], q: int, gap: float, closing: float, ahead: float) -> float:
+    def command(self, now: dict[str, types.Array], q: int, gap: float, closing: float, ahead: float) -> float:
         """The command (m/s2) of vehicle `q`, whose predecessor has the command `ahead`."""
         config, speed, lag = self.spec.config, now["speed"], float(np.round(now["tau_s"], 5))
         low, high = config.min_acceleration_mps2, config.max_acceleration_mps2
@@ -117,12 +113,13 @@ SIGNALS = ("speed", "acceleration", "gap", "relative_speed", "law_command", "mit
 
 def main() -> None:
     """Print what an attack on the front of three platoons is paid (points of E_v), for three lags of the actuators."""
+    disbanding = find_problem("disbanding")
     cps_envs.trust()  # `own_mpc:OwnMpc` is code of your own
     for tau_s in (0.1, 0.3, 0.5):
-        config = DISBANDING.config("paper", {"tau_s": tau_s, "num_platoons": 3})
+        config = disbanding.config("paper", {"tau_s": tau_s, "num_platoons": 3})
         for defender in ("none", "mpc", f"{__name__}:OwnMpc"):
             players: Any = {"attacker": "lead", "defender": defender}
-            (returned,) = play_episodes(DISBANDING, config, players, [0])["return"]
+            (returned,) = play_episodes(disbanding, config, players, [0])["return"]
             print(f"lag {tau_s} s, {defender:>15}: {returned:6.3f}")
 
 
