@@ -1,7 +1,7 @@
-"""What the house was to become, beside what it is: `python -m tools.census` prints a line for each figure.
+"""How large the house is, beside how large it was: `python -m tools.census`, or `make census`.
 
-The figures are signs of concepts that are gone, not goals. All are counted from the tree when the command runs, but the
-CPU time of `make test-quick`, which `--tests` measures. A place that has moved is an error, not a smaller number.
+Two tables. Figures are counted from the tree when the command runs, beside those of commit 821661fc, before the house
+was cleared. Then every module, policy and preset that was to go: gone, or the user who would miss it.
 """
 
 from __future__ import annotations
@@ -12,14 +12,19 @@ import subprocess
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
+import cps_agents
+import cps_baselines
+import cps_envs
 from cps_agents.cli import COMMANDS, whole
 from cps_agents.console import out
 from cps_agents.sheet import Cell, Sheet, styled
+from cps_envs.core.policies.lookup import policy_names
+from cps_envs.core.types import ROLES
 from tools.counting import (
     PACKAGES,
     ROOT,
-    calls_of,
     circles,
     classes_of,
     files_at,
@@ -31,37 +36,35 @@ from tools.counting import (
     toctrees,
     words_of,
 )
-from tools.freeze import said
 
-JUDGING = (  # what lets policies meet and says what came out
-    "agents/cps_agents/arena",
-    "agents/cps_agents/evaluation.py",
-    "agents/cps_agents/league",
-    "agents/cps_agents/scoring",
-    *(
-        f"agents/cps_agents/commands/{name}.py"
-        for name in ("best_response", "evaluate", "league", "score", "self_play")
-    ),
-    "cps_envs/*/panels.py",
-    "paper/cps_paper/benchmark",
-    "paper/cps_paper/commands/benchmark.py",
-    "paper/cps_paper/*/benchmark.py",
+MODULES = (  # paths, of which none is to be there
+    *("tools/rogue", "tools/double_oracle", "tools/recipes", "tools/remake", "tools/learnability"),
+    *("tools/disbanding/yardsticks.py", "tools/hvac/calibrate.py", "tools/fdi/annealing.py", "tools/fdi/certify.py"),
+    *("tools/reliability/mutation", "tools/reliability/fuzz/actions.py", "tools/reliability/fuzz/arguments.py"),
+    *("tools/reliability/fuzz/misspelt.py", "tools/coverage", "tools/peers/checks"),
+    *("tools/bench/against.py", "tools/bench/before.py", "tools/bench/threads.py", "tools/bench/resets.py"),
+    *("tools/bench/learning.py", "agents/cps_agents/bench", "agents/cps_agents/commands/bench.py"),
+    *("baselines/cps_baselines/rogue/boxing_in.py", "baselines/cps_baselines/rogue/beam.py"),
+    *("baselines/cps_baselines/rogue/probing.py", "baselines/cps_baselines/rogue/probing.json"),
+    *("baselines/cps_baselines/disbanding/replanning.py", "baselines/cps_baselines/hvac/opportunist.py"),
+    *("baselines/cps_baselines/hvac/listener.py", "baselines/cps_baselines/hvac/shaped.py"),
+    *("baselines/cps_baselines/fdi/planner.py", "baselines/cps_baselines/fdi/planning.py"),
+    *("baselines/cps_baselines/fdi/shields.py", "baselines/cps_baselines/fdi/shield_policy.py"),
+    *("baselines/cps_baselines/fdi/redundant.py", "baselines/cps_baselines/searches.py"),
+    *("agents/cps_agents/learning/study.py", "agents/cps_agents/league/search.py", "agents/cps_agents/zoo/mixing.py"),
+    *("agents/cps_agents/zoo/numbers.py", "agents/cps_agents/zoo/policies/parts", "cps_envs/testbed"),
+    *("paper/cps_paper/commands/string_stability.py", "docs/tutorials/datasets"),
 )
-DECLARING = ("Block", "Comparison", "Contest", "Exhibit", "LeaguePlan", "Setting", "Suite", "Table", "Track")  # as data
-SEARCHED = r"\bbox_in\b|BOXING_IN|boxing_in"  # a policy whose numbers were searched
-PAGES = ("docs/rogue.md", "docs/details/rogue.md")
-SHIPPING = (
-    "pyproject.toml",
-    "baselines",
-    "agents",
-    "paper",
-    "tests",
-    "tools/bench",
-    *PAGES,
-    "CHANGELOG.md",
+POLICIES = (
+    *("box_in", "replanning", "opportunist", "listener", "shaped", "beam", "annealing", "shielded"),
+    *("redundant_cusum", "probe"),
 )
+FDI_PRESETS = ("B", "C", "fig32", "five", "instability", "clip")
+KEPT = {  # what was to go and stays, with who would miss it
+    "cps_envs/core/interfaces/discrete.py": "learners of Discrete actions, until environments are flat by themselves",
+}
+KNOBS = ("recent_s", "run_s", "rough_s")  # each was to be named in few files
 BELOW = ("Evidence", "Developers")  # parts of the site that are no pages for users
-GAMES = ("Disbanding", "Fdi", "Hvac", "Rogue")
 
 
 @dataclass(frozen=True)
@@ -83,41 +86,50 @@ class Figure:
 
 def figures(*, tests: bool = False) -> list[Figure]:
     """All of them; with `tests` the quick tests are run."""
-    return [*of_sizes(), *of_judging(), *of_commands(), *of_names(), *of_pages(), *of_tests(run=tests)]
+    return [*of_sizes(), *of_core(), *of_names(), *of_commands(), *of_pages(), *of_tests(run=tests)]
 
 
 def of_sizes() -> Iterator[Figure]:
     """Lines of Python, empty ones included."""
     sizes = {name: lines_of(files_at(str(folder.relative_to(ROOT)))) for name, folder in PACKAGES.items()}
-    yield Figure("wheel without cps_paper, lines", 68_700, 44_000, sum(sizes.values()) - sizes["cps_paper"])
-    yield Figure("wheel and cps_paper, lines", 68_700, 50_000, sum(sizes.values()))
-    yield Figure("viewers of problems, lines", 3_354, 2_200, lines_of(files_at("cps_envs/[!c]*/picture")))
-    yield Figure("tools, lines", None, None, lines_of(files_at("tools")))
+    sizes |= {name: lines_of(files_at(name)) for name in ("tools", "tests")}
+    yield Figure("wheel, cps_paper, tools and tests, lines", 108_896, 96_900, sum(sizes.values()))
+    before = {
+        "cps_envs": 24_994,
+        "cps_baselines": 12_389,
+        "cps_agents": 12_861,
+        "cps_paper": 11_620,
+        "tools": 11_527,
+        "tests": 35_505,
+    }
+    for name, lines in sizes.items():
+        yield Figure(f"  {name}", before[name], None, lines)
 
 
-def of_judging() -> Iterator[Figure]:
-    """What judges, and what a policy that is shipped has to be told to."""
-    judging = sorted({file for place in JUDGING for file in files_at(place)})
-    yield Figure("judging, lines", 10_300, 6_500, lines_of(judging))
-    yield Figure("judging, classes", 86, 45, sum(len(classes_of(file)) for file in judging))
-    above = (file for file in shipped() if not file.is_relative_to(PACKAGES["cps_envs"]))  # games declare no tables
-    known = sorted({name for file in above for name in classes_of(file)} & set(DECLARING))
-    yield Figure(f"ways to declare a table: {', '.join(known)}", 5, 2, len(known))
-    yield Figure("calls of CMA-ES", 11, 1, sum(calls_of(file, "CMAEvolutionStrategy") for file in shipped()))
-    places = [file for place in SHIPPING for file in files_at(place)]
-    yield Figure("files that name the searched policy box_in", 11, 5, len(naming(SEARCHED, places)))
+def of_core() -> Iterator[Figure]:
+    """The rooms of the core, and circles of imports."""
+    loose = [file for file in files_at("cps_envs/core/*.py") if file.stem != "__init__"]
+    yield Figure("loose files in the core", 37, 3, len(loose))
+    yield Figure("circles of imports, those inside functions too", 1, 0, len(circles(inside=True)))
+    yield Figure("imports inside functions", 38, None, sum(map(inner_imports, shipped())))
+
+
+def of_names() -> Iterator[Figure]:
+    """Names that stand for more than one class, public names, and how far a knob spreads."""
+    names = Counter(name for file in shipped() for name in classes_of(file) if not name.startswith("_"))
+    yield Figure("class names used twice", 24, 25, sum(count > 1 for count in names.values()))
+    public = sum(len(package.__all__) for package in (cps_envs, cps_baselines, cps_agents))
+    yield Figure("public names of the three packages", None, None, public)
+    for knob in KNOBS:
+        yield Figure(f"shipped files that name the knob {knob}", None, None, len(naming(rf"\b{knob}\b", shipped())))
+    policies = sum(len(policy_names(problem, role)) for problem in cps_envs.PROBLEMS for role in ROLES)
+    yield Figure("names of policies, by problem and role", None, None, policies)
 
 
 def of_commands() -> Iterator[Figure]:
     """The command line."""
-    files = [*files_at("agents/cps_agents/commands"), *files_at("paper/cps_paper/commands")]
-    yield Figure("commands", 37, 16, len(COMMANDS))
-    yield Figure("parameters of commands", 326, None, sum(map(parameters, whole().commands.values())))
-    yield Figure("lines of `cps-envs list`", 130, 24, said("list").count("\n"))
-    yield Figure("imports inside functions of commands", 265, 0, sum(map(inner_imports, files)))
-    yield Figure("imports inside functions", 311, None, sum(map(inner_imports, shipped())))
-    yield Figure("circles of imports", 1, 0, len(circles(inside=False)))
-    yield Figure("circles of imports, those inside functions too", 1, None, len(circles(inside=True)))
+    yield Figure("commands", 17, 16, len(COMMANDS))
+    yield Figure("parameters of commands", 252, None, sum(map(parameters, whole().commands.values())))
 
 
 def parameters(command: object) -> int:
@@ -126,36 +138,20 @@ def parameters(command: object) -> int:
     return len(getattr(command, "params", ())) + sum(map(parameters, below))
 
 
-def of_names() -> Iterator[Figure]:
-    """Names that stand for more than one class."""
-    names = Counter(name for file in shipped() for name in classes_of(file) if not name.startswith("_"))
-    yield Figure("class names used twice", 72, 25, sum(count > 1 for count in names.values()))
-    filters = [file for file in shipped() if "kalman" in file.stem or "filter" in file.stem]
-    yield Figure("modules of filters", 6, 1, len(filters))
-
-
 def of_pages() -> Iterator[Figure]:
     """What users read: pages of the site that are neither evidence nor for developers."""
     parts = toctrees(ROOT / "docs" / "index.md")
     shown = [page for caption, pages in parts if caption not in BELOW for page in pages]
     below = {page for caption, pages in parts if caption in BELOW for each in pages for page in listed_below(each)}
     user = {page for each in shown for page in listed_below(each)} | {ROOT / "docs" / "index.md"}
-    yield Figure("open entries of the sidebar", None, 12, sum(len(pages) for _, pages in parts))
-    yield Figure(f"words of {len(user)} pages for users", 122_000, 35_000, sum(map(words_of, user)))
-    yield Figure(f"words of {len(below)} other pages", None, None, sum(map(words_of, below)))
-    games = [
-        page
-        for name in GAMES
-        for page in (*files_at(f"docs/environments/{name}*.md"), *files_at(f"docs/{name.lower()}.md"))
-    ]
-    longest = max(games, key=words_of)
-    yield Figure(f"words of a game's longest page: {longest.relative_to(ROOT)}", 12_000, 2_500, words_of(longest))
+    yield Figure(f"words of {len(user)} pages for users", 34_863, 35_000, sum(map(words_of, user)))
+    yield Figure(f"words of {len(below)} other pages", 37_500, None, sum(map(words_of, below)))
+    yield Figure("words of CHANGELOG.md", 4_683, 700, words_of(ROOT / "CHANGELOG.md"))
 
 
 def of_tests(*, run: bool) -> Iterator[Figure]:
-    """Lines of tests, and the CPU time of the quick ones."""
-    yield Figure("tests, lines", 31_500, 25_000, lines_of(files_at("tests")))
-    yield Figure("make test-quick, CPU s (--tests measures it)", None, 60, cpu_of_quick_tests() if run else None)
+    """The CPU time of the quick tests."""
+    yield Figure("make test-quick, CPU s (--tests measures it)", 60, 30, cpu_of_quick_tests() if run else None)
 
 
 def cpu_of_quick_tests() -> int:
@@ -166,8 +162,23 @@ def cpu_of_quick_tests() -> int:
     return round(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
 
 
+def cleared() -> Iterator[tuple[str, str]]:
+    """Everything that was to go, each with "gone", who would miss it, or "still there"."""
+    known = {name for problem in cps_envs.PROBLEMS for role in ROLES for name in policy_names(problem, role)}
+    presets = cps_envs.find_problem("fdi").presets
+    yield from ((each, "still there" if is_there(ROOT / each) else "gone") for each in MODULES)
+    yield from ((f"policy {each}", "still there" if each in known else "gone") for each in POLICIES)
+    yield from ((f"preset {each} of fdi", "still there" if each in presets else "gone") for each in FDI_PRESETS)
+    yield from KEPT.items()
+
+
+def is_there(path: Path) -> bool:
+    """Whether a file is there, or anything in a folder but what Python left of it."""
+    return path.is_file() or any(each.is_file() and "__pycache__" not in each.parts for each in path.rglob("*"))
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     given = argparse.ArgumentParser(prog="python -m tools.census", description=__doc__)
     given.add_argument("--tests", action="store_true", help="run the quick tests and tell their CPU time")
     rows = [
@@ -175,6 +186,7 @@ def main() -> None:
         for each in figures(tests=given.parse_args().tests)
     ]
     out().print(Sheet("The house: before, wanted, reached", ("", "before", "wanted", "reached", ""), rows))
+    out().print(Sheet("What was to go", ("", ""), list(cleared()), left=2))
 
 
 def shown(number: int | None) -> str:

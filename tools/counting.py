@@ -80,12 +80,6 @@ def naming(pattern: str, files: Sequence[Path]) -> list[Path]:
     return [file for file in files if known.search(text_of(file))]
 
 
-def calls_of(file: Path, function: str) -> int:
-    """How often a file calls a function of this name, whatever it belongs to."""
-    calls = (each.node.func for each in nodes_of(file) if isinstance(each.node, ast.Call))
-    return sum(getattr(called, "attr", getattr(called, "id", None)) == function for called in calls)
-
-
 def inner_imports(file: Path) -> int:
     """Import statements inside functions."""
     return sum(each.in_function and isinstance(each.node, ast.Import | ast.ImportFrom) for each in nodes_of(file))
