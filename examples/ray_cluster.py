@@ -67,7 +67,7 @@ def main() -> None:
     if args.work == "train":
         recipe = find_recipe(args.name)
         train_everywhere(
-            recipe if args.steps is None else changed(recipe, {"total_steps": args.steps}), args.seeds, args.out
+            recipe if args.steps is None else changed(recipe, {"total_timesteps": args.steps}), args.seeds, args.out
         )
     else:
         play_everywhere(args.name, args.episodes, args.out)

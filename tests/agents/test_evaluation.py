@@ -61,7 +61,7 @@ def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) 
     before = weights_of(f"zoo:{path}?seed=1")
     save_tiny(path, "rogue", "attacker", overrides=SHORT, evaluation={"mean": 3.0}, command="other")
     assert weights_of(f"zoo:{path}") == before
-    save_tiny(path, "rogue", "attacker", overrides=SHORT, hold=2)
+    save_tiny(path, "rogue", "attacker", overrides=SHORT, frame_skip=2)
     assert weights_of(f"zoo:{path}") != before
     assert weights_of("square") == {}
 

@@ -30,10 +30,11 @@ from cps_agents.league.response import Budget, Question, Response, Responses, ag
 from cps_agents.league.strategy import mix
 from cps_agents.league.venues import merged, venue_against
 from cps_agents.learning import learner
-from cps_agents.learning.recipe import SHARED, UNBOUNDED, Recipe
+from cps_agents.learning.recipe import SHARED, UNBOUNDED, Recipe, changed
 from cps_agents.learning.shared import make_learner
 from cps_agents.recipes.finding import find_recipe
 from cps_envs import find_problem
+from cps_envs.core.declare.training import Training
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, Role
 from tests.agents.command_line import invoke, refusal, succeeded
@@ -140,7 +141,7 @@ def test_a_response_is_looked_for_where_the_opponent_learned(tmp_path: Path) -> 
     (ppo,) = in_venue(choose_oracles("fdi", "attacker"), chosen, {})
     tuned = against(ppo.recipes[0], Question("attacker", strategy, chosen, 1), "response")
     assert (tuned.preset, tuned.overrides["correction_levels"]) == ("easy", 2)
-    assert mix([tuned.opponent]).policies == strategy.policies
+    assert mix([tuned.training.opponent]).policies == strategy.policies
     assert venue_against(mix(["random"]), usual, None, {}).preset == usual.preset
     with pytest.raises(CommandError, match="choose one with --set a="):
         merged([{"a": 1, "b": 2}, {"b": 2, "a": 3}], "a recipe")
@@ -164,7 +165,7 @@ def test_our_own_ppo_is_the_usual_oracle_and_others_are_named() -> None:
 
 
 def test_learning_goes_on_with_the_best_known_network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    recipe = replace(usual_recipe("tests.agents.arms:ARMS", "attacker"), hidden=(16, 16), evaluations=1)
+    recipe = changed(usual_recipe("tests.agents.arms:ARMS", "attacker"), {"hidden": (16, 16), "evaluations": 1})
     venue = Venue("tests.agents.arms:ARMS", "learning", {})
     question = Question("attacker", mix(["none"]), venue, episodes=2, known=("none",))
     budget = Budget(1, 1, "cps-envs best-response", steps=6_400)
@@ -178,7 +179,7 @@ def test_learning_goes_on_with_the_best_known_network(tmp_path: Path, monkeypatc
     rows = (tmp_path / "b" / SHARED / "seed-0" / "evaluations.jsonl").read_text().splitlines()
     assert json.loads(rows[0])["validation"] == first.validation  # before it has learned anything
     assert second.validation >= first.validation
-    narrow = replace(recipe, hidden=(8, 8))
+    narrow = changed(recipe, {"hidden": (8, 8)})
     respond([Oracle(SHARED, (narrow,))], again, tmp_path / "c", replace(budget, steps=640), store, "test")
     assert not json.loads((tmp_path / "c" / SHARED / "seed-0" / "run.json").read_text())["recipe"]["start"]
     with pytest.raises(CommandError, match=r"start = .* is no network of shared-ppo"):
@@ -188,7 +189,8 @@ def test_learning_goes_on_with_the_best_known_network(tmp_path: Path, monkeypatc
 def test_oracles_that_cannot_are_left_out_and_validation_chooses(tmp_path: Path) -> None:
     pytest.importorskip("cma")
     searching = choose_oracles("rogue", "attacker", [SEARCHES])
-    broken = Oracle("broken", (Recipe(name="x", problem="rogue", adapter="gone", overrides=VENUE.overrides),))
+    gone = Recipe(name="x", problem="rogue", overrides=VENUE.overrides, training=Training(adapter="gone"))
+    broken = Oracle("broken", (gone,))
     question = Question("attacker", mix(["pd"]), VENUE, episodes=3)
     told: list[str] = []
     budget = Budget(2, 1, "cps-envs best-response", steps=30)
@@ -220,13 +222,13 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="play the league first"):
         league_value(tmp_path / "none.json", VENUE)
     league["config"]["control_period_s"] = 9.0  # a form of acting, which makes no other game
-    for changed, refused in (
+    for other_game, refused in (
         ({"episodes": 1_000_000}, None),
         ({"episodes": 1_000_001}, "whole number from 1 to 1000000"),
         ({"metric": "damage"}, r"another game \(rogue, metric damage\)"),
         ({"problem": "fdi"}, r"another game \(fdi, metric return\)"),
     ):
-        path.write_text(json.dumps(league | changed))
+        path.write_text(json.dumps(league | other_game))
         with pytest.raises((CommandError, DamagedFileError), match=refused) if refused else nullcontext():
             assert league_value(path, VENUE).mean == value.mean
     path.write_text(json.dumps(league | {"equilibrium": written | {"low": None, "high": None}}))
@@ -241,7 +243,7 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
 
 TINY = (
     *("--set", "duration_s=3", "--steps", "640", "--jobs", "1", "--episodes", "2", "--knob", "num_envs=4"),
-    *("--knob", "steps_per_update=16", "--knob", "batch_size=32", "--knob", "evaluations=1"),
+    *("--knob", "n_steps=16", "--knob", "batch_size=32", "--knob", "evaluations=1"),
     *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8,8]", "--knob", "adapter=vehicle"),
 )
 
@@ -280,11 +282,14 @@ def test_a_terminated_response_says_so_and_leaks_no_warning(tmp_path: Path, monk
 
 def test_a_budget_bounds_search_and_learning_together() -> None:
     recipe = find_recipe("fdi-attack")
-    assert limited(recipe, 200).total_steps == 200
+    assert limited(recipe, 200).training.total_timesteps == 200
     assert (limited(recipe, None).most_cpu_s, limited(recipe, None, 3.0).most_cpu_s) == (60, 3)
     (search,) = choose_oracles("hvac", "attacker", [SEARCHES])
     shared = limited(search.recipes[0], None, 8.0, sharing=4)
-    assert (shared.total_steps, shared.most_cpu_s) == (UNBOUNDED, 2.0)
-    searched = replace(search.recipes[0], total_steps=9_000)
+    assert (shared.training.total_timesteps, shared.most_cpu_s) == (UNBOUNDED, 2.0)
+    searched = changed(search.recipes[0], {"total_timesteps": 9_000})
     assert limited(searched, None) == searched
-    assert limited(searched, 10 * 719 * 2).total_steps in (20, 21)  # episodes of 719 decisions and a little
+    assert limited(searched, 10 * 719 * 2).training.total_timesteps in (
+        20,
+        21,
+    )  # episodes of 719 decisions and a little

@@ -21,7 +21,7 @@ from cps_envs.core.documents import DamagedFileError
 from tests.agents.command_line import refusal, succeeded
 from tests.agents.test_ppo import job as job_of
 
-job = partial(job_of, total_steps=1_280)
+job = partial(job_of, total_timesteps=1_280)
 
 
 def test_termination_is_an_interruption(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_a_full_disk_keeps_the_last_checkpoint(tmp_path: Path, monkeypatch: pyte
     def full(*args: Any, **kwargs: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    longer = partial(job_of, tmp_path, total_steps=12_800)
+    longer = partial(job_of, tmp_path, total_timesteps=12_800)
     with pytest.raises(KeyboardInterrupt):
         learn(longer(), interrupt)
     before = (tmp_path / "checkpoint.safetensors").read_bytes()
@@ -102,14 +102,14 @@ def test_seeds_train_side_by_side(tmp_path: Path) -> None:
 
 def test_command(tmp_path: Path) -> None:
     train, refused = partial(succeeded, "train"), partial(refusal, "train")
-    small = ("--knob", "num_envs=4", "--knob", "steps_per_update=20", "--knob", "batch_size=64")
+    small = ("--knob", "num_envs=4", "--knob", "n_steps=20", "--knob", "batch_size=64")
     few = ("--knob", "evaluations=1", "--knob", "evaluation_episodes=2")
     base = ("FdiAttack-v0", "--steps", "80", "--seeds", "1", "--jobs", "1", "--out", str(tmp_path), *small, *few)
     folder = Path(json.loads(train(*base, "--json").stdout)["runs"][0]["folder"])
     assert (folder / "policy.safetensors").is_file()
     assert list((folder / "tensorboard").rglob("events*"))
     assert "best validation" in train(*base).stdout
-    assert "another recipe" in refused(*base, "--knob", "discount=0.5")
+    assert "another recipe" in refused(*base, "--knob", "gamma=0.5")
     easy = ("RogueAttack-v0", "--preset", "easy", "--name", "other", "--steps", "80", "--seeds", "1", "--jobs", "1")
     (run,) = json.loads(train(*easy, "--out", str(tmp_path), *small, *few, "--json").stdout)["runs"]
     settings = json.loads((Path(run["folder"]) / "run.json").read_text())["recipe"]

@@ -23,7 +23,7 @@ from cps_envs.core.errors import MissingExtraError
 from tests.agents.command_line import succeeded
 from tests.agents.test_ppo import recipe_of
 
-RECIPE = recipe_of("attacker", total_steps=1_280)
+RECIPE = recipe_of("attacker", total_timesteps=1_280)
 
 
 def test_tensorboard_reads_what_was_logged(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from cps_baselines.disbanding.families import LOCAL
 from cps_baselines.disbanding.string_controller import StringController
 from cps_baselines.family import Family, between, play_family
 from cps_envs.core.declare.seeds import TRAINING_START
+from cps_envs.core.declare.training import Training
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
@@ -41,10 +42,9 @@ RECIPE = Recipe(
     family="disbanding-local",
     preset="paper",
     overrides=SHORT,
-    opponent="lead",
     scenes=SCENES,
     population=6,
-    total_steps=6 * 3 * 8,
+    training=Training(total_timesteps=6 * 3 * 8),
     evaluations=3,
     evaluation_episodes=3,
     search_deviation=0.2,
@@ -80,7 +80,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_run_leaves_a_better_policy_with_its_numbers(whole: Path) -> None:
     run = json.loads((whole / "run.json").read_text())
-    assert (run["status"], run["steps"]) == ("finished", RECIPE.total_steps)
+    assert (run["status"], run["steps"]) == ("finished", RECIPE.training.total_timesteps)
     assert run["cpu_s"] > 0
     scores = [row["validation"] for row in rows(whole)]
     assert [row["steps"] for row in rows(whole)] == [0, 36, 72, 108, 144]
@@ -182,6 +182,7 @@ def test_seeds_are_searched_apart(whole: Path, tmp_path: Path) -> None:
     assert not np.array_equal(numbers(second), numbers(whole))
 
 
+HILLY = Recipe(name="hill", problem="rogue", algorithm="cma-es")
 HILL = Family("rogue", "attacker", "strike", between({"strike_s": (0.5, 9.0), "effort": (-1.0, 1.0)}, effort=0.9))
 
 
@@ -203,7 +204,7 @@ def climbing(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def test_a_search_within_bounds_climbs_a_hill_and_begins_again_elsewhere(climbing: list[int], tmp_path: Path) -> None:
-    recipe = Recipe(name="hill", problem="rogue", algorithm="cma-es", population=8, total_steps=8 * 16 * 200)
+    recipe = replace(HILLY, population=8, training=Training(total_timesteps=8 * 16 * 200))
     found = learn(job(tmp_path, recipe))
     np.testing.assert_allclose(numbers(tmp_path, "hill"), [7.3, 0.6], atol=1e-3)
     assert found["policy"].startswith("strike?strike_s=7.")
@@ -213,7 +214,7 @@ def test_a_search_within_bounds_climbs_a_hill_and_begins_again_elsewhere(climbin
 
 
 def test_cpu_time_ends_a_search_which_has_a_result_however_little_that_is(climbing: list[int], tmp_path: Path) -> None:
-    recipe = Recipe(name="hill", problem="rogue", algorithm="cma-es", total_steps=UNBOUNDED, most_cpu_s=1e-9)
+    recipe = replace(HILLY, training=Training(total_timesteps=UNBOUNDED), most_cpu_s=1e-9)
     assert learn(job(tmp_path, recipe))["policy"].startswith("strike?strike_s=")
     assert rows(tmp_path)[0] == {"steps": 0, "validation": pytest.approx(-(0.3**2) - 0.15**2)}  # where it begins
     assert len(climbing) < 200
@@ -221,17 +222,18 @@ def test_cpu_time_ends_a_search_which_has_a_result_however_little_that_is(climbi
 
 def test_a_search_goes_on_where_a_candidate_cannot_play(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small = {"num_platoons": 3, "vehicles_per_platoon": 2, "duration_s": 5.0}
-    recipe = replace(RECIPE, name="timed", role="attacker", opponent="none", overrides=small, scenes=(Situation(1),))
+    recipe = replace(RECIPE, name="timed", role="attacker", overrides=small, scenes=(Situation(1, "none"),))
+    recipe = replace(recipe, search_deviation=0.4)
     some = Family("disbanding", "attacker", "timed?jam=9", between({"first": (1.0, 9.0)}, first=1.0))
     monkeypatch.setattr(module, "family_of", lambda recipe: some)  # nobody can jam here
-    found = learn(job(tmp_path / "some", replace(recipe, total_steps=12)))
+    found = learn(job(tmp_path / "some", changed(recipe, {"total_timesteps": 12})))
     assert found["best_score"] > 0
     reached = json.loads((tmp_path / "some" / CHECKPOINT).read_text())["reached"]
     assert min(min(row) for row in reached) == module.REFUSED
     none = Family("disbanding", "attacker", "timed?jam=9", between({"first": (4.0, 9.0)}))
     monkeypatch.setattr(module, "family_of", lambda recipe: none)
     with pytest.raises(ConfigurationError, match="does not exist"):
-        learn(job(tmp_path / "none", replace(recipe, total_steps=12)))
+        learn(job(tmp_path / "none", changed(recipe, {"total_timesteps": 12})))
 
 
 def test_commands(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
-from dataclasses import replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from cps_agents.learning.copies import Copies
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.learner import learn
 from cps_agents.learning.ppo import Learner, LearningProgress
-from cps_agents.learning.recipe import Recipe, changed
+from cps_agents.learning.recipe import Recipe, changed, knobs_of
 from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.shared import make_envs, make_learner
 from cps_agents.recipes.finding import RECIPES, find_recipe
@@ -41,8 +41,8 @@ BEST = 20.0  # 15 hits, and what idle dials are charged
 
 
 def recipe_of(role: Role, **changes: Any) -> Recipe:
-    recipe = replace(learning_recipe(ARMS, role), problem="tests.agents.arms:ARMS", hidden=(16, 16), total_steps=STEPS)
-    return changed(recipe, {"evaluation_episodes": 4, "evaluations": 1, **changes})
+    small = {"hidden": (16, 16), "total_timesteps": STEPS, "evaluation_episodes": 4, "evaluations": 1}
+    return changed(learning_recipe(ARMS, role), {"problem": "tests.agents.arms:ARMS", **small, **changes})
 
 
 def job(folder: Path, **changes: Any) -> TrainingJob:
@@ -61,7 +61,7 @@ def test_arms_follow_their_cues() -> None:
 
 
 def test_dials_are_moved_by_noise_that_is_held() -> None:
-    recipe = recipe_of("defender", episode_noise=True, learning_rate=1e-3, total_steps=12_800)
+    recipe = recipe_of("defender", episode_noise=True, learning_rate=1e-3, total_timesteps=12_800)
     learner = make_learner(recipe, 0)
     assert isinstance(learner, EpisodeNoise)
     learner.learn()
@@ -86,12 +86,12 @@ def test_of_like_episodes_the_better_ones_are_followed(copies: int) -> None:
 
 def test_copies_are_at_least_two() -> None:
     with pytest.raises(CommandError, match="copies"):
-        Copies(make_envs(recipe_of("attacker"), 0), Recipe(total_steps=1))
+        Copies(make_envs(recipe_of("attacker"), 0), changed(Recipe(), {"total_timesteps": 1}))
 
 
 def test_noise_for_an_episode_needs_pairs_and_a_box() -> None:
     with pytest.raises(CommandError, match="copies"):
-        EpisodeNoise(make_envs(recipe_of("defender"), 0), Recipe(total_steps=1))
+        EpisodeNoise(make_envs(recipe_of("defender"), 0), changed(Recipe(), {"total_timesteps": 1}))
     with pytest.raises(CommandError, match="continuous"):
         make_learner(recipe_of("attacker", episode_noise=True), 0)
 
@@ -112,7 +112,7 @@ def test_only_active_rows_are_learned_from(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_advantages_are_those_of_each_row_by_itself() -> None:
-    learner = make_learner(recipe_of("attacker", discount=0.9, gae_lambda=0.8), 0)
+    learner = make_learner(recipe_of("attacker", gamma=0.9, gae_lambda=0.8), 0)
     learner.start()
     shown = learner.collect()
     generator = np.random.default_rng(1)
@@ -153,7 +153,7 @@ def test_what_is_paid_in_a_pause_counts_for_the_decision_before(monkeypatch: pyt
     with torch.no_grad():
         seen = zip(map(torch.from_numpy, shown.rows), map(torch.from_numpy, shown.truth), strict=True)
         values = torch.stack([learner.network.values(rows, truth) for rows, truth in seen]).numpy()
-    discount, gae_lambda = learner.recipe.discount, learner.recipe.gae_lambda
+    discount, gae_lambda = learner.recipe.ppo.gamma, learner.recipe.gae_lambda
 
     def advantage(first: int, row: int) -> float:
         """From a decision to the next one as a single step, and so on."""
@@ -181,7 +181,7 @@ def test_the_value_of_an_active_row_is_told_the_truth() -> None:
 @pytest.mark.parametrize(("run_s", "bias"), [(0.0, 0.0), (15.0, 0.0), (0.0, 2.0)])
 def test_an_untrained_network_plays_like_the_untrained_policy(run_s: float, bias: float) -> None:
     envs = toy_envs("attacker", run_s=run_s, neutral_bias=bias)
-    network, count = Learner(envs, Recipe(total_steps=1)).network, 4000
+    network, count = Learner(envs, changed(Recipe(), {"total_timesteps": 1})).network, 4000
     rows = torch.zeros(count, envs.wired.columns.size)
     rows[:, -network.masked :] = 1
     rows[:, network.last.start + 3] = 1  # action 3 was the last one
@@ -199,7 +199,7 @@ def test_an_untrained_network_plays_like_the_untrained_policy(run_s: float, bias
 
 
 def test_no_illegal_action_is_drawn() -> None:
-    learner = Learner(toy_envs("attacker"), Recipe(total_steps=1, steps_per_update=30))
+    learner = Learner(toy_envs("attacker"), changed(Recipe(), {"total_timesteps": 1, "n_steps": 30}))
     learner.start()
     shown = learner.collect()
     legal = shown.rows[:-1, :, -learner.network.masked :] > 0
@@ -209,7 +209,7 @@ def test_no_illegal_action_is_drawn() -> None:
 
 
 def test_gaussian_actions_have_their_density() -> None:
-    network = Learner(toy_envs("defender", initial_deviation=0.4), Recipe(total_steps=1)).network
+    network = Learner(toy_envs("defender", initial_deviation=0.4), changed(Recipe(), {"total_timesteps": 1})).network
     rows = torch.zeros(5, network.inputs)
     drawn, log_probability = network.draw(rows, torch.Generator().manual_seed(3))
     normal = torch.distributions.Normal(network.outputs(rows), 0.4)
@@ -221,9 +221,7 @@ def test_gaussian_actions_have_their_density() -> None:
 
 @pytest.mark.parametrize("noise", [False, True])
 def test_a_resumed_run_is_the_same_bit_for_bit(noise: bool) -> None:
-    recipe = recipe_of(
-        "defender" if noise else "attacker", episode_noise=noise, steps_per_update=50, total_steps=12_800
-    )
+    recipe = recipe_of("defender" if noise else "attacker", episode_noise=noise, n_steps=50, total_timesteps=12_800)
     whole, kept = make_learner(recipe, 0), []
 
     def keep(progress: LearningProgress) -> None:
@@ -266,7 +264,7 @@ PLAYED = [
 @pytest.mark.parametrize(("problem", "role", "options"), PLAYED)
 def test_a_played_policy_sees_and_does_what_it_did_in_training(problem: Any, role: Role, options: Any) -> None:
     envs = LearningVectorEnv(problem, role, 8, copies=2, **options)
-    learner = Learner(envs, Recipe(total_steps=1), seed=3)
+    learner = Learner(envs, changed(Recipe(), {"total_timesteps": 1}), seed=3)
     with torch.no_grad():
         learner.network.policy[-1].weight.normal_(generator=learner.generator)
     network = learner.network.exported()
@@ -314,7 +312,7 @@ def greedy(learner: Learner, outputs: Any, rows: Array) -> Array:
 
 
 def test_draws_of_a_played_policy_are_the_episodes_own(tmp_path: Path) -> None:
-    learn(job(tmp_path, total_steps=640, sampled=True))
+    learn(job(tmp_path, total_timesteps=640, sampled=True))
     reference = f"zoo:{tmp_path}"
 
     def hits(seeds: Any, name: str = reference) -> Array:
@@ -388,10 +386,13 @@ def test_recipes_take_their_numbers_from_the_problems() -> None:
             if training is None:
                 continue
             own = OWN.get((problem.name, role), {})
-            told = {"adapter": training.adapter, "hold": training.frame_skip, "num_envs": training.num_envs, **own}
-            assert {name: getattr(recipe, name) for name in told} == told
-            rate = own.get("learning_rate", training.ppo.get("learning_rate", 1e-3))
-            assert recipe.learning_rate == rate
+            told = {**asdict(training), "total_timesteps": recipe.training.total_timesteps}
+            knobs = knobs_of(recipe)
+            named = json.loads(json.dumps({**told, **training.ppo, **own}))
+            assert {name: knobs[name] for name in named if name in knobs} == {
+                name: value for name, value in named.items() if name in knobs
+            }
+            assert named.keys() - knobs.keys() <= {"ppo", "policy_kwargs"}
 
 
 def test_nothing_is_played_twice_in_a_run() -> None:

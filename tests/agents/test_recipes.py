@@ -53,20 +53,20 @@ def test_a_recipe_of_ones_own_is_named_by_its_class(monkeypatch: pytest.MonkeyPa
 def test_recipes_refuse_nonsense() -> None:
     with pytest.raises(CommandError, match="Did you mean 'cma-es'"):
         Recipe(algorithm="cma-e")
-    with pytest.raises(CommandError, match="hold = 0"):
-        Recipe(hold=0)
+    with pytest.raises(CommandError, match="frame_skip = 0"):
+        changed(MINE, {"frame_skip": 0})
     with pytest.raises(CommandError, match="two hidden layers of one size"):
-        Recipe(hidden=(64, 32))
+        changed(MINE, {"hidden": (64, 32)})
     with pytest.raises(CommandError, match=r"no knob 'learning_rat'.*learning_rate"):
         changed(MINE, {"learning_rat": 1})
     with pytest.raises(CommandError, match="should be like"):
-        changed(MINE, {"total_steps": "many"})
+        changed(MINE, {"total_timesteps": "many"})
 
 
 def test_recipes_change_by_values_of_the_command_line() -> None:
-    recipe = changed(MINE, {"hidden": [32, 32], "discount": 1, "overrides": {"dt_s": 0.001}})
-    assert recipe.hidden == (32, 32)
-    assert isinstance(recipe.discount, float)
+    recipe = changed(MINE, {"hidden": [32, 32], "gamma": 1, "overrides": {"dt_s": 0.001}})
+    assert recipe.ppo.hidden == (32, 32)
+    assert isinstance(recipe.ppo.gamma, float)
     assert recipe.overrides == {"duration_s": 3.0, "dt_s": 0.001}
 
 

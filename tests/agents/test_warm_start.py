@@ -14,21 +14,15 @@ import torch
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn
-from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.recipe import changed
 from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.shared import make_learner
 from cps_agents.learning.warm_start import fits
 from cps_agents.recipes.learning import learning_recipe
 from tests.agents.arms import ARMS
 
-RECIPE = replace(
-    learning_recipe(ARMS, "attacker"),
-    problem="tests.agents.arms:ARMS",
-    hidden=(16, 16),
-    total_steps=1_280,
-    evaluations=1,
-    evaluation_episodes=2,
-)
+SMALL = {"hidden": (16, 16), "total_timesteps": 1_280, "evaluations": 1, "evaluation_episodes": 2}
+RECIPE = changed(learning_recipe(ARMS, "attacker"), {"problem": "tests.agents.arms:ARMS", **SMALL})
 
 
 @pytest.fixture(name="earlier", scope="module")
@@ -39,7 +33,7 @@ def _earlier(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def test_it_begins_with_the_weights_and_the_scaling_of_the_network(earlier: str) -> None:
-    recipe = replace(RECIPE, start=earlier, value_warm_up=1)
+    recipe = changed(RECIPE, {"start": earlier, "value_warm_up": 1})
     first, second = make_learner(recipe, 0), make_learner(recipe, 1)
     assert first.envs.wired.wiring == second.envs.wired.wiring
     first.start()
@@ -58,7 +52,7 @@ def test_it_begins_with_the_weights_and_the_scaling_of_the_network(earlier: str)
 
 def test_a_network_that_sees_or_acts_otherwise_is_refused(earlier: str) -> None:
     assert fits(earlier, RECIPE)
-    others: tuple[Recipe, ...] = (replace(RECIPE, hold=2), replace(RECIPE, hidden=(8, 8)))
+    others = (changed(RECIPE, {"frame_skip": 2}), changed(RECIPE, {"hidden": (8, 8)}))
     assert not any(fits(earlier, other) for other in others)
     assert not fits("none", RECIPE)
     with pytest.raises(CommandError, match="sees and acts"):

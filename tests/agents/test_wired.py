@@ -28,7 +28,7 @@ from tests.agents.test_ppo import STEPS, job
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of our own PPO."""
     found = tmp_path_factory.mktemp("run")
-    learn(job(found, total_steps=320))
+    learn(job(found, total_timesteps=320))
     return found
 
 
@@ -81,7 +81,7 @@ def test_a_wiring_of_another_adapter_or_size_is_refused(folder: Path, tmp_path: 
 
 def test_each_training_seed_keeps_its_scaling_and_its_untrained_network(tmp_path: Path) -> None:
     for seed in (0, 1):
-        learn(replace(job(tmp_path / f"seed-{seed}", total_steps=STEPS), seed=seed))
+        learn(replace(job(tmp_path / f"seed-{seed}", total_timesteps=STEPS), seed=seed))
     merge([tmp_path / f"seed-{seed}" / "policy.json" for seed in (0, 1)], tmp_path / "both.json")
     for option in ("", "&untrained=true"):
         alone = [played(tmp_path / f"seed-{seed}", option=f"seed={seed}{option}") for seed in (0, 1)]

@@ -39,7 +39,7 @@ def test_plays_every_role(name: str, role: Any, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["disbanding", "rogue"])
 def test_plays_a_team(name: str, tmp_path: Path) -> None:
-    save_tiny(tmp_path / "tiny.json", name, "defender", overrides=SHORT[name], swarm=True, hold=2)
+    save_tiny(tmp_path / "tiny.json", name, "defender", overrides=SHORT[name], swarm=True, frame_skip=2)
     config = find_problem(name).config("paper", SHORT[name])
     players: Any = {"defender": f"zoo:{tmp_path / 'tiny.json'}"}
     mixed: Any = {"defender": f'mixture?policies=["zoo:{tmp_path / "tiny.json"}"]'}
@@ -49,7 +49,7 @@ def test_plays_a_team(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("deterministic", [True, False])
 def test_environments_equal_single_environments(deterministic: bool, tmp_path: Path) -> None:
-    save_tiny(tmp_path / "tiny.json", "rogue", "defender", preset="easy", hold=3)
+    save_tiny(tmp_path / "tiny.json", "rogue", "defender", preset="easy", frame_skip=3)
     reference = f"zoo:{tmp_path / 'tiny.json'}?deterministic={str(deterministic).lower()}"
 
     def returns(seeds: Sequence[int]) -> list[float]:

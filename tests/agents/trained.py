@@ -38,7 +38,7 @@ def save_tiny(
     preset: str = "paper",
     overrides: dict[str, Any] | None = None,
     swarm: bool = False,
-    hold: int = 1,
+    frame_skip: int = 1,
     seeds: int = 2,
     **changes: Any,
 ) -> Card:
@@ -46,7 +46,7 @@ def save_tiny(
     problem = find_problem(problem_name)
     game = problem.game(problem.config(preset, overrides or {}), 1)
     masked = game.action_mask(role) is not None
-    wiring = Wiring(problem_name, role, problem.swarm[role] if swarm else NATIVE, hold, masked=masked)
+    wiring = Wiring(problem_name, role, problem.swarm[role] if swarm else NATIVE, frame_skip, masked=masked)
     wired = Wired(wiring, adapter_of(game.spec(role), wiring.adapter))
     actions, size = count_actions(wired.adapter.action_space), wired.columns.size
     card = Card(

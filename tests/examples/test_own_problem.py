@@ -83,7 +83,7 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
     def command(words: str) -> str:
         return " ".join(succeeded(*words.split(), "--jobs", "1").output.split())
 
-    tiny = "--knob num_envs=4 --knob steps_per_update=32 --knob evaluation_episodes=2 --seeds 1 --steps 128"
+    tiny = "--knob num_envs=4 --knob n_steps=32 --knob evaluation_episodes=2 --seeds 1 --steps 128"
     command(f"train own_problem:own_problem/TankAttack-v0 {tiny}")
     mine, every = "zoo:runs/tank-attack/seed-0", "league own_problem:TANK --attacker all --episodes 20"
     assert "Value of the game" in command(f"{every} --attacker {mine}")
@@ -119,7 +119,7 @@ def test_all_stands_for_everybody_who_can_play_and_what_is_broken_is_told(
         ("list own_problem", "One of your own is written MODULE:PROBLEM, behind --trust"),
         ("score tank-defense own_problem:Doubt", "A problem of your own has none: judge it with evaluate or league"),
         ("train own_problem:own_problem/TankAttak-v0", "Did you mean 'own_problem:own_problem/TankAttack-v0'"),
-        ("train own_problem:own_problem/TankAttack-v0 --algo cma-es", "--knob family=NAME, with one of your own"),
+        ("train own_problem:own_problem/TankAttack-v0 --algo cma-es", "--knob family=NAME, with own_problem:BIAS"),
     ],
 )
 def test_a_refusal_says_what_to_do(words: str, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

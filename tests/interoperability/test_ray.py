@@ -39,24 +39,24 @@ SHORT: dict[str, Any] = {
 
 def test_a_policy_search_is_spread_over_two_workers(tmp_path: Path) -> None:
     pytest.importorskip("cma")
-    from cps_agents.learning.recipe import Recipe, Situation
+    from cps_agents.learning.recipe import Recipe, changed
 
     knobs: dict[str, Any] = {
         "algorithm": "cma-es",
         "family": "rogue-switching",
         "population": 4,
-        "scenes": (Situation(2),),
-        "total_steps": 16,
+        "scenes": [{"episodes": 2}],
+        "total_timesteps": 16,
     }
-    check_same_anywhere(Recipe(**{**SHORT, **knobs}), tmp_path)
+    check_same_anywhere(changed(Recipe(), {**SHORT, **knobs}), tmp_path)
 
 
 def test_our_own_ppo_is_spread_over_two_workers(tmp_path: Path) -> None:
     pytest.importorskip("torch")
-    from cps_agents.learning.recipe import Recipe
+    from cps_agents.learning.recipe import Recipe, changed
 
-    small: dict[str, Any] = {"total_steps": 120, "num_envs": 4, "hidden": (4, 4), "evaluations": 1}
-    check_same_anywhere(Recipe(**{**SHORT, **small}), tmp_path)
+    small: dict[str, Any] = {"total_timesteps": 120, "num_envs": 4, "hidden": (4, 4), "evaluations": 1}
+    check_same_anywhere(changed(Recipe(), {**SHORT, **small}), tmp_path)
 
 
 def check_same_anywhere(recipe: Any, folder: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +13,7 @@ from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs
 from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import train_all
-from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
+from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed, knobs_of
 from cps_agents.learning.run import TrainingJob, read_earlier
 from cps_agents.learning.tracking import check_tracker
 from cps_agents.machine import available_cores, describe
@@ -80,7 +79,7 @@ def train(
     if name is not None and earlier is not None:
         raise CommandError(f"--config says what is trained, so leave out {name!r}")
     check_tracker(tracker)
-    given = {"algorithm": algorithm, "preset": preset, "name": policy, "total_steps": steps}
+    given = {"algorithm": algorithm, "preset": preset, "name": policy, "total_timesteps": steps}
     values: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     values |= assignments(knobs or [], "--knob", "learning_rate=0.001")
     if overrides:
@@ -161,7 +160,7 @@ def _print(runs: list[TrainingJob], found: dict[str, Any]) -> None:
 
 def _list(recipes: list[Recipe], as_json: bool) -> None:
     if as_json:
-        print_json([asdict(recipe) for recipe in recipes])
+        print_json([knobs_of(recipe) for recipe in recipes])
         return
     columns = ("recipe", "algorithm", "CPU min", "validation")
     out().print(Sheet("Recipes", columns, [_row(recipe) for recipe in recipes], left=2))

@@ -91,7 +91,7 @@ def search_of(problem: str, role: Role, family: str) -> Recipe:
     """The recipe by which a family is searched for a response."""
     name = family.rpartition(":")[2].lower()
     recipe = Recipe(name=name, problem=problem, role=role, algorithm=SEARCH, family=family)
-    return replace(recipe, total_steps=UNBOUNDED, population=8, evaluations=4)  # CPU time ends it
+    return changed(recipe, {"total_timesteps": UNBOUNDED, "population": 8, "evaluations": 4})  # CPU time ends it
 
 
 def _check_installed(oracle: Oracle) -> None:

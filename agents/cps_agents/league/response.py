@@ -19,7 +19,7 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of
 from cps_agents.learning.learner import train_all
-from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation
+from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation, changed
 from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
 from cps_agents.workers import Workers
@@ -171,7 +171,7 @@ def _warm(recipe: Recipe, question: Question, store: Store, workers: int, title:
     if recipe.start or not networks:
         return recipe
     best = int(_validate(networks, question, store, workers, title).argmax())
-    return replace(recipe, start=networks[best], value_warm_up=WARM_UP)
+    return changed(recipe, {"start": networks[best], "value_warm_up": WARM_UP})
 
 
 def against(recipe: Recipe, question: Question, name: str) -> Recipe:
@@ -183,18 +183,18 @@ def against(recipe: Recipe, question: Question, name: str) -> Recipe:
     strategy = question.strategy
     recipe = replace(recipe, overrides={**recipe.overrides, **forms_of(strategy, question.venue)})
     scenes = (Situation(recipe.scenes[0].episodes),)  # all of them against the strategy
-    return replace(recipe, name=name, opponent=strategy.reference, scenes=scenes)
+    return changed(replace(recipe, name=name, scenes=scenes), {"opponent": strategy.reference})
 
 
 def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None, sharing: int = 1) -> Recipe:
     """The recipe with so many decisions and CPU seconds per seed, of which each of `sharing` recipes has its part."""
-    if steps is None and (recipe.algorithm == SHARED or recipe.total_steps == UNBOUNDED):
-        return replace(recipe, total_steps=UNBOUNDED, most_cpu_s=float(cpu_s or USUAL_S) / sharing)
+    if steps is None and (recipe.algorithm == SHARED or recipe.training.total_timesteps == UNBOUNDED):
+        return changed(recipe, {"total_timesteps": UNBOUNDED, "most_cpu_s": float(cpu_s or USUAL_S) / sharing})
     timed = recipe if cpu_s is None else replace(recipe, most_cpu_s=float(cpu_s) / sharing)
     if steps is None:
         return timed
     per_step = decisions(recipe.venue, recipe.role) if recipe.algorithm == SEARCH else 1
-    return replace(timed, total_steps=max(steps // (per_step * sharing), 1))
+    return changed(timed, {"total_timesteps": max(steps // (per_step * sharing), 1)})
 
 
 def _train(

@@ -6,13 +6,11 @@ nothing has to be known of what an episode is worth. It is the advantage of GRPO
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.ppo import Experience, Learner
-from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.recipe import Recipe, changed
 from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, Observation
 
@@ -28,7 +26,7 @@ class Copies(Learner):
         """
         if envs.copies == 1:
             raise CommandError("this learner needs environments with at least two copies of each episode")
-        super().__init__(envs, replace(recipe, steps_per_update=envs.decisions), seed)
+        super().__init__(envs, changed(recipe, {"n_steps": envs.decisions}), seed)
 
     @property
     def restart_every(self) -> int:

@@ -41,8 +41,8 @@ class EpisodeNoise(Learner):
         """Adam over the policy, with a rate of its own for what it plays whatever it sees; the noise stays as it is."""
         bias = self.network.last_bias
         rest = [each for each in self.network.policy.parameters() if each is not bias]
-        groups: list[dict[str, Any]] = [{"params": rest}, {"params": [bias], "lr": self.recipe.bias_learning_rate}]
-        return torch.optim.Adam(groups, self.recipe.learning_rate, betas=BETAS)
+        groups: list[dict[str, Any]] = [{"params": rest}, {"params": [bias], "lr": self.recipe.ppo.bias_learning_rate}]
+        return torch.optim.Adam(groups, self.recipe.ppo.learning_rate, betas=BETAS)
 
     @property
     def restart_every(self) -> int:

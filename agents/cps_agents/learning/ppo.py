@@ -60,7 +60,7 @@ class Learner:
         torch.set_num_threads(1)
         self.envs, self.recipe = envs, recipe
         self.generator = torch.Generator().manual_seed(seed)
-        self.network = PolicyNetwork(envs, recipe.hidden[0], self.generator)
+        self.network = PolicyNetwork(envs, recipe.ppo.hidden[0], self.generator)
         self.optimizer = self.make_optimizer()
         self.rates = [float(group["lr"]) for group in self.optimizer.param_groups]
         self.updates, self.steps, self.cpu_s = 0, 0, 0.0
@@ -69,17 +69,17 @@ class Learner:
 
     def make_optimizer(self) -> torch.optim.Optimizer:
         """Adam over all that learns."""
-        return torch.optim.Adam(self.network.parameters(), self.recipe.learning_rate, eps=1e-5, fused=True)
+        return torch.optim.Adam(self.network.parameters(), self.recipe.ppo.learning_rate, eps=1e-5, fused=True)
 
     @property
     def restart_every(self) -> int:
         """Updates between two starts of all episodes."""
-        return max(round(EPISODES_PER_START * self.envs.decisions / self.recipe.steps_per_update), 1)
+        return max(round(EPISODES_PER_START * self.envs.decisions / self.recipe.ppo.n_steps), 1)
 
     @property
     def share(self) -> float:
         """The share of the budget that is used up, 0 to 1."""
-        of_steps, most_cpu_s = self.steps / self.recipe.total_steps, self.recipe.most_cpu_s
+        of_steps, most_cpu_s = self.steps / self.recipe.training.total_timesteps, self.recipe.most_cpu_s
         return min(max(of_steps, self.cpu_s / most_cpu_s if most_cpu_s > 0 else 0.0), 1.0)
 
     def progress(self) -> LearningProgress:
@@ -90,7 +90,7 @@ class Learner:
 
     def learn(self, report: Callable[[LearningProgress], None] = lambda progress: None) -> None:
         """Go on until the budget is used up, and report after each update."""
-        final_share = self.recipe.final_learning_rate / self.recipe.learning_rate  # of the entropy bonus, too
+        final_share = self.recipe.ppo.final_learning_rate / self.recipe.ppo.learning_rate  # of the entropy bonus, too
         while self.share < 1:
             began = time.process_time()
             if self.updates % self.restart_every == 0:
@@ -118,7 +118,7 @@ class Learner:
 
     def collect(self) -> Experience:
         """Play `num_steps` decisions of every row."""
-        envs, count = self.envs, self.recipe.steps_per_update
+        envs, count = self.envs, self.recipe.ppo.n_steps
         played = Experience.empty(
             count, envs.num_envs, self.rows.shape[1], envs.privileged().shape[1], self.network.entries
         )
@@ -146,7 +146,7 @@ class Learner:
 
     def follow(self, reward: FloatArray, ended: BoolArray, active: BoolArray) -> None:
         """Measure how large discounted returns are, by which rewards are divided."""
-        self.discounted = self.recipe.discount * self.discounted + reward
+        self.discounted = self.recipe.ppo.gamma * self.discounted + reward
         if active.any():
             self.scaled_steps += 1
             gain = max(1 / self.scaled_steps, SLOWEST)
@@ -164,10 +164,10 @@ class Learner:
     def update(self, played: Experience, chosen: Tensor, falling: float) -> None:
         """Clipped policy gradients and value errors over the rows `chosen`, until the policy has moved enough."""
         recipe, network = self.recipe, self.network
-        most_moved = recipe.target_kl or np.inf
+        most_moved = recipe.ppo.target_kl or np.inf
         advantages, targets = self.credit(played)
-        if len(chosen) > recipe.rows_per_update:
-            chosen = chosen[torch.randperm(len(chosen), generator=self.generator)[: recipe.rows_per_update]]
+        if len(chosen) > recipe.ppo.rows_per_update:
+            chosen = chosen[torch.randperm(len(chosen), generator=self.generator)[: recipe.ppo.rows_per_update]]
         rows, truth, actions, before, advantage, target = (
             torch.from_numpy(array).flatten(0, 1)[chosen]
             for array in (played.rows, played.truth, played.actions, played.log_probability, advantages, targets)
@@ -175,8 +175,8 @@ class Learner:
         spread = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
         weight = spread.clamp(-ADVANTAGE_CLIP, ADVANTAGE_CLIP)
         parameters = list(network.parameters())
-        for epoch in range(recipe.epochs):
-            for part in torch.split(torch.randperm(len(rows), generator=self.generator), recipe.batch_size):
+        for epoch in range(recipe.ppo.n_epochs):
+            for part in torch.split(torch.randperm(len(rows), generator=self.generator), recipe.ppo.batch_size):
                 if len(part) < min(LEAST_BATCH, len(rows)):
                     continue
                 log_probability, entropy = network.judge(rows[part], actions[part])
@@ -184,16 +184,16 @@ class Learner:
                 ratio = moved.exp()
                 if epoch > 0 and (ratio.detach() - 1 - moved.detach()).mean() > most_moved:
                     return
-                clipped = ratio.clamp(1 - recipe.clip_range, 1 + recipe.clip_range)
+                clipped = ratio.clamp(1 - recipe.ppo.clip_range, 1 + recipe.ppo.clip_range)
                 gain = torch.min(ratio * weight[part], clipped * weight[part]).mean()
                 error = (network.values(rows[part], truth[part]) - target[part]).square().mean()
-                bonus = recipe.entropy_bonus * falling * entropy.mean()
-                loss = recipe.value_weight * error
-                if self.updates >= recipe.value_warm_up:
+                bonus = recipe.ppo.ent_coef * falling * entropy.mean()
+                loss = recipe.ppo.vf_coef * error
+                if self.updates >= recipe.ppo.value_warm_up:
                     loss = loss - gain - bonus
                 self.optimizer.zero_grad()
                 loss.backward()  # type: ignore[no-untyped-call]
-                torch.nn.utils.clip_grad_norm_(parameters, recipe.max_grad_norm)
+                torch.nn.utils.clip_grad_norm_(parameters, recipe.ppo.max_grad_norm)
                 self.optimizer.step()
 
     def credit(self, played: Experience) -> tuple[Observation, Observation]:
@@ -206,13 +206,13 @@ class Learner:
             seen = zip(map(torch.from_numpy, played.rows), map(torch.from_numpy, played.truth), strict=True)
             values = np.stack([self.network.values(rows, truth).numpy() for rows, truth in seen])
         pauses = self.envs.adapter.pauses
-        goes_on = recipe.discount * ((played.active[1:] | pauses) & ~played.ended)
+        goes_on = recipe.ppo.gamma * ((played.active[1:] | pauses) & ~played.ended)
         rewards, decides = played.rewards / np.sqrt(self.scale + 1e-10), played.active[:-1] | (not pauses)
         advantages, following, later = np.empty_like(rewards, np.float32), np.zeros(rewards.shape[1]), values[-1]
         for t in range(len(rewards) - 1, -1, -1):
             gained = rewards[t] + goes_on[t] * later
             error = np.where(decides[t], gained - values[t], 0.0)
-            following = error + np.where(decides[t], recipe.gae_lambda, 1.0) * goes_on[t] * following
+            following = error + np.where(decides[t], recipe.ppo.gae_lambda, 1.0) * goes_on[t] * following
             later = np.where(decides[t], values[t], gained)
             advantages[t] = following
         return advantages, advantages + values[:-1]

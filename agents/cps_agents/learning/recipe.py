@@ -14,6 +14,7 @@ from typing import Any
 from cps_agents.arena.venue import Venue
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
+from cps_envs.core.declare.training import Training
 from cps_envs.core.errors import near
 from cps_envs.core.types import SIGN, Array, FloatArray, Role, other
 from cps_envs.registration import find_problem
@@ -41,12 +42,61 @@ ALGORITHMS = (SHARED, SEARCH)
 UNBOUNDED = 10**9  # steps, of learning that only CPU time ends
 
 
+USUAL = Training(total_timesteps=1_000_000)
+
+
+@dataclass(frozen=True)
+class Ppo:
+    """Settings of our own PPO; what stable-baselines3's PPO has too is called as there.
+
+    Raises:
+        CommandError: a value that makes no sense.
+    """
+
+    hidden: tuple[int, ...] = (64, 64)  # units of the layers, of policy and value each
+    n_steps: int = 64  # of each environment, between updates
+    rows_per_update: int = 20_000  # at most, drawn from all decisions since the last update
+    batch_size: int = 4096
+    n_epochs: int = 4  # over the rows of an update
+    learning_rate: float = 1e-3
+    final_learning_rate: float = 1e-4  # reached linearly
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    ent_coef: float = 0.0
+    vf_coef: float = 0.5
+    value_warm_up: int = 0  # updates of the value alone before the policy that learning begins with may change
+    target_kl: float = 0.03  # an update ends beyond it, from the second epoch on; 0: never
+    max_grad_norm: float = 0.5
+    copies: int = 1  # above 1 every episode is played so often, and what differs is learned from, see `learning.copies`
+    episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`
+    bias_learning_rate: float = 0.08  # of the last layer's bias, with `episode_noise`
+
+    def __post_init__(self) -> None:
+        check_counts(self, "n_steps", "batch_size", "n_epochs", "copies")
+        if not 0 < self.gamma <= 1 or self.learning_rate <= 0:
+            raise CommandError("gamma has to lie in (0, 1], learning_rate above 0")
+        if len(set(self.hidden)) != 1 or len(self.hidden) != 2:
+            raise CommandError(f"the network has two hidden layers of one size, not {list(self.hidden)}")
+
+
+def check_counts(held: Any, *names: str) -> None:
+    """Check that these fields are at least 1.
+
+    Raises:
+        CommandError: one is not.
+    """
+    for name in names:
+        if getattr(held, name) < 1:
+            raise CommandError(f"{name} = {getattr(held, name)} has to be at least 1")
+
+
 @dataclass(frozen=True)
 class Recipe:
     """The knobs of a training run; a recipe of a problem and role gives its own values with its reasons.
 
-    A step of shared-ppo is a decision that the role could take, in one episode, also where an action is kept. A step of
-    cma-es is an episode.
+    Knobs are its fields and those of `training` and `ppo`, whose names differ. A step of shared-ppo is a decision that
+    the role could take, in one episode, also where an action is kept. A step of cma-es is an episode.
 
     Raises:
         CommandError: a value that makes no sense.
@@ -56,47 +106,16 @@ class Recipe:
     problem: str = ""
     role: Role = "attacker"
     algorithm: str = SHARED
-    opponent: str = ""  # a policy's name; the preset's own if empty
     preset: str = "learning"
     overrides: Mapping[str, Any] = field(default_factory=dict)  # of the preset's fields
+    training: Training = USUAL  # its `ppo` is not used; without an opponent it is the preset's own
+    ppo: Ppo = Ppo()
 
-    total_steps: int = 1_000_000
     most_cpu_s: float = 0.0  # a run ends early after so many CPU seconds, which no two runs do alike; 0: never
     evaluations: int = 10  # in the course of a run, on validation seeds
     evaluation_episodes: int = 32
     evaluation_metric: str = "return"  # what chooses the best checkpoint
-
-    adapter: str = "native"  # what the network plays the role through
-    hold: int = 1  # decisions of the environment that an action is kept for
-    recent_s: tuple[float, ...] = ()  # s, time constants of running averages of the inputs
-    rough_s: float = 0.0  # s, that of a running average of their changes; 0: none
-    run_s: float = 0.0  # s, for which an untrained policy repeats an action on average; 0: draws each anew
-    neutral_bonus: float = 0.0  # added to the first logits of the neutral action, for roles that should mostly wait
-    initial_deviation: float = 0.5  # of Gaussian actions
-    pay_power: float = 1.0  # below 1 the increase of this power of what was paid so far is learned from
-    relative: bool = False  # learn from what is gained over the neutral action in the same, second episode
-    num_envs: int = 64
     start: str = ""  # a trained policy, zoo:NAME, with whose weights learning begins; random ones if empty
-    sampled: bool = False  # draw actions where the trained policy plays, instead of the most likely ones
-
-    hidden: tuple[int, ...] = (64, 64)  # units of the layers, of policy and value each
-    steps_per_update: int = 128  # of each environment
-    rows_per_update: int = 20_000  # at most, drawn from all decisions since the last update
-    batch_size: int = 2048
-    epochs: int = 4  # over the rows of an update
-    learning_rate: float = 3e-4
-    final_learning_rate: float = 0.0  # reached linearly
-    discount: float = 0.995
-    gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    entropy_bonus: float = 0.0
-    value_weight: float = 0.5
-    value_warm_up: int = 0  # updates of the value alone before the policy that learning begins with may change
-    target_kl: float = 0.0  # an update ends beyond it, from the second epoch on; 0: never
-    max_grad_norm: float = 0.5
-    copies: int = 1  # above 1 every episode is played so often, and what differs is learned from, see `learning.copies`
-    episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`
-    bias_learning_rate: float = 0.08  # of the last layer's bias, with `episode_noise`
 
     family: str = ""  # of policies whose numbers are searched by cma-es
     population: int = 14  # candidates in a generation
@@ -106,21 +125,12 @@ class Recipe:
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
             raise CommandError(f"there is no algorithm {self.algorithm!r}. {near(self.algorithm, ALGORITHMS)}")
-        counts = (
-            *("hold", "total_steps", "num_envs", "copies"),
-            *("steps_per_update", "batch_size", "epochs", "evaluation_episodes"),
-        )
-        for name in counts:
-            if getattr(self, name) < 1:
-                raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")
+        check_counts(self, "evaluation_episodes")
+        check_counts(self.training, "frame_skip", "total_timesteps", "num_envs")
         if self.population < LEAST_POPULATION or self.search_deviation <= 0 or not self.scenes:
             raise CommandError(
                 f"population has to be at least {LEAST_POPULATION}, search_deviation above 0, scenes at least one"
             )
-        if not 0 < self.discount <= 1 or self.learning_rate <= 0:
-            raise CommandError("discount has to lie in (0, 1], learning_rate above 0")
-        if len(set(self.hidden)) != 1 or len(self.hidden) != 2:
-            raise CommandError(f"the network has two hidden layers of one size, not {list(self.hidden)}")
 
     @property
     def venue(self) -> Venue:
@@ -130,12 +140,13 @@ class Recipe:
     @property
     def rival(self) -> str:
         """Whom it trains against: the opponent, or the preset's own one."""
-        return self.opponent or find_problem(self.problem).opponents[self.preset][other(self.role)]
+        return self.training.opponent or find_problem(self.problem).opponents[self.preset][other(self.role)]
 
     @property
     def budget(self) -> int:
         """What its progress counts up to: steps, or the CPU seconds of learning that only these end."""
-        return self.total_steps if self.total_steps < UNBOUNDED else math.ceil(self.most_cpu_s)
+        steps = self.training.total_timesteps
+        return steps if steps < UNBOUNDED else math.ceil(self.most_cpu_s)
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
         """What episodes that end with `outcome`, (B,) each, are worth, the higher the better: what is searched for."""
@@ -147,19 +158,31 @@ class Recipe:
         return float(self.values(outcome).mean())
 
 
+PARTS: Mapping[str, type] = {"training": Training, "ppo": Ppo}  # fields whose own fields are knobs
+UNUSED = "ppo"  # of a training: other libraries' settings
+
+
+def homes() -> dict[str, str]:
+    """Where each knob lies: a field of a recipe, or empty for the recipe itself."""
+    own = {entry.name: "" for entry in fields(Recipe) if entry.name not in PARTS}
+    return own | {each.name: part for part, kind in PARTS.items() for each in fields(kind) if each.name != UNUSED}
+
+
 def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
     """The recipe with some knobs set otherwise.
 
     Raises:
         CommandError: no such knob, or a value of another type.
     """
-    known = {entry.name for entry in fields(recipe)}
-    fitting: dict[str, Any] = {}
+    known = homes() | {entry.name: "" for entry in fields(recipe) if entry.name not in PARTS}
+    fitting: dict[str, dict[str, Any]] = {part: {} for part in ("", *PARTS)}
     for name, value in values.items():
         if name not in known:
             raise CommandError(f"a recipe has no knob {name!r}. {near(name, known)}")
-        fitting[name] = _scenes(value) if name == "scenes" else _fitting(name, value, getattr(recipe, name))
-    return replace(recipe, **fitting)
+        held = getattr(recipe, known[name]) if known[name] else recipe
+        fitting[known[name]][name] = _scenes(value) if name == "scenes" else _fitting(name, value, getattr(held, name))
+    parts = {part: replace(getattr(recipe, part), **fitting[part]) for part in PARTS if fitting[part]}
+    return replace(recipe, **fitting[""], **parts)
 
 
 def _fitting(name: str, value: Any, present: Any) -> Any:
@@ -190,9 +213,10 @@ def _scenes(value: Any) -> tuple[Situation, ...]:
 
 
 def knobs_of(recipe: Recipe) -> dict[str, Any]:
-    """Every knob as a JSON file has it."""
+    """Every knob by its name, as a JSON file has it."""
     found: dict[str, Any] = json.loads(to_json(asdict(recipe)))
-    return found
+    parts = [found.pop(part) for part in PARTS]
+    return found | {name: value for part in parts for name, value in part.items() if name != UNUSED}
 
 
 def differing(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:

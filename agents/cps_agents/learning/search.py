@@ -16,7 +16,7 @@ import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
-from cps_agents.learning.recipe import UNBOUNDED, Recipe, count_episodes
+from cps_agents.learning.recipe import UNBOUNDED, Recipe, changed, count_episodes
 from cps_agents.learning.run import Report, TrainingJob, recording
 from cps_agents.learning.tracking import RunTracker
 from cps_baselines.evolution import Evolution
@@ -42,9 +42,9 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
     """
     problem, reached = find_problem(recipe.problem), []
     for scene in recipe.scenes:
-        preset, opponent = scene.preset or recipe.preset, scene.opponent or recipe.opponent
+        preset, opponent = scene.preset or recipe.preset, scene.opponent or recipe.training.opponent
         overrides = {**recipe.overrides, **scene.overrides}
-        played = replace(recipe, preset=preset, opponent=opponent, overrides=overrides)
+        played = replace(changed(recipe, {"opponent": opponent}), preset=preset, overrides=overrides)
         episodes = scene.episodes * times
         seeds = [first_seed + episode for episode in range(episodes)] * len(values)
         rows = np.repeat(values, episodes, axis=0)
@@ -92,7 +92,8 @@ def family_of(recipe: Recipe) -> Family:
         UnknownNameError: there is no such family.
     """
     if not recipe.family:
-        known = ", ".join(families(recipe.problem)) or "one of your own, MODULE:FAMILY (cps_baselines.family.Family)"
+        mine = [name for name, each in families(recipe.problem).items() if each.role == recipe.role]
+        known = ", ".join(mine) or "one of your own, MODULE:FAMILY (cps_baselines.family.Family)"
         raise CommandError(f"{recipe.name} names no family of policies to search: add --knob family=NAME, with {known}")
     family = find_family(recipe.family)
     if (family.problem, family.role) != (recipe.problem, recipe.role):
@@ -109,7 +110,7 @@ class PolicySearch:
     def __init__(self, job: TrainingJob, family: Family, tracker: RunTracker) -> None:
         self.job, self.recipe, self.family, self._tracker = job, job.recipe, family, tracker
         self.episodes = count_episodes(self.recipe.scenes)
-        self.generations = max(self.recipe.total_steps // (self.recipe.population * self.episodes), 1)
+        self.generations = max(self.recipe.training.total_timesteps // (self.recipe.population * self.episodes), 1)
         self._starts = 0
         self._evolution = self._started(np.zeros(len(family.numbers)))
         self._cpu_before_s, self._started_s = float(job.read().get("cpu_s", 0.0)), time.process_time()
@@ -129,7 +130,7 @@ class PolicySearch:
     @property
     def done(self) -> int:
         """How much of `Recipe.budget` is spent."""
-        return self.steps if self.recipe.total_steps < UNBOUNDED else int(self.cpu_s)
+        return self.steps if self.recipe.training.total_timesteps < UNBOUNDED else int(self.cpu_s)
 
     def go_on(self, report: Report) -> None:
         """Search to the end, with a checkpoint after each generation and validation at equal distances."""
@@ -146,7 +147,7 @@ class PolicySearch:
     def _is_due(self) -> bool:
         """Whether it is time for validation."""
         times = max(self.recipe.evaluations, 1)
-        if self.recipe.total_steps < UNBOUNDED:
+        if self.recipe.training.total_timesteps < UNBOUNDED:
             return len(self._reached) % max(self.generations // times, 1) == 0
         return self.cpu_s * times >= self.recipe.most_cpu_s * len(list(self.job.evaluations()))
 

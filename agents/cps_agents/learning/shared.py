@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from cps_agents.learning.checkpoint import damaged, read_arrays, restore, write_
 from cps_agents.learning.copies import Copies
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.ppo import Learner, LearningProgress
-from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.recipe import Recipe, knobs_of
 from cps_agents.learning.run import Report, TrainingJob, recording
 from cps_agents.learning.tracking import RunTracker
 from cps_agents.learning.warm_start import read_start
@@ -75,7 +74,7 @@ def make_learner(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None =
     """
     start = read_start(recipe)
     envs = make_envs(recipe, seed, arrays, None if start is None else start.scaling)
-    kind = EpisodeNoise if recipe.episode_noise else Copies if recipe.copies > 1 else Learner
+    kind = EpisodeNoise if recipe.ppo.episode_noise else Copies if recipe.ppo.copies > 1 else Learner
     learner = kind(envs, recipe, seed)
     if start is not None:
         start.put(learner.network)
@@ -93,20 +92,11 @@ def make_envs(
     return LearningVectorEnv(
         problem,
         recipe.role,
-        recipe.num_envs,
         preset=recipe.preset,
-        opponent=recipe.opponent or None,
+        training=recipe.training,
+        opponent=recipe.rival if recipe.training.opponent else None,
         seed=seed,
-        adapter=recipe.adapter,
-        frame_skip=recipe.hold,
-        recent_s=recipe.recent_s,
-        rough_s=recipe.rough_s,
-        run_s=recipe.run_s,
-        neutral_bias=recipe.neutral_bonus,
-        initial_deviation=recipe.initial_deviation,
-        pay_power=recipe.pay_power,
-        relative=recipe.relative,
-        copies=2 if recipe.episode_noise else recipe.copies,
+        copies=2 if recipe.ppo.episode_noise else recipe.ppo.copies,
         scaling=scaling,
         **recipe.overrides,
     )
@@ -209,12 +199,12 @@ class Keeper:
         job, recipe, network = self._job, self._job.recipe, self._learner.network
         return card_of_network(
             self._learner.envs,
-            Head(network.stickiness, sampled=recipe.sampled),
+            Head(network.stickiness, sampled=recipe.training.sampled),
             name=recipe.name,
             problem=recipe.problem,
             algorithm=recipe.algorithm if recipe.start or facts.get("steps") else "untrained",
             opponent=recipe.rival,
-            recipe=asdict(recipe),
+            recipe=knobs_of(recipe),
             best=job.seed,
             seeds={str(job.seed): facts},
             command=job.command,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 from torch import nn
@@ -13,9 +13,11 @@ from cps_agents.learning.recipe import SHARED, Recipe, differing, knobs_of
 from cps_agents.zoo.files import load
 from cps_agents.zoo.network import Network
 from cps_agents.zoo.references import PREFIX, card_of
-from cps_envs.core.learning.wiring import Scaling
+from cps_envs.core.declare.training import Training
+from cps_envs.core.learning.wiring import Scaling, Wiring
 
-SAME = ("problem", "role", "adapter", "hold", "recent_s", "rough_s", "run_s", "hidden")  # knobs that both need alike
+SEEN = {entry.name for entry in fields(Wiring)} & {entry.name for entry in fields(Training)}
+SAME = ("problem", "role", *sorted(SEEN), "run_s", "hidden")  # knobs that both need alike
 
 
 @dataclass(frozen=True)

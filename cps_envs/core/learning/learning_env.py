@@ -55,6 +55,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         role: Role,
         num_envs: int | None = None,
         *,
+        training: Training | None = None,
         preset: str = "learning",
         opponent: PolicyReference | None = None,
         seed: int = 0,
@@ -72,7 +73,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         num_threads: int = 1,
         **overrides: Any,
     ) -> None:
-        """What is left out is as `problem.training` says.
+        """What is left out is as `training` says, which is `problem.training` if left out itself.
 
         `scaling` is mean and deviation of the inputs of a network that is to go on learning; else they are measured.
         With `copies` above 1, episodes b, b + num_envs / copies, ... begin with equal generators, and all at the same
@@ -83,7 +84,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             UnknownNameError: there is no such adapter.
         """
         self.problem, self.role = problem, role
-        self.training = _settings(problem.training.get(role, Training()), locals())
+        self.training = _settings(training or problem.training.get(role, Training()), locals())
         self.preset, self.overrides = preset, dict(overrides)
         practised, met = (self.training.practised, self.training.opponent) if preset == "learning" else ({}, "")
         self.config = problem.config(preset, {**practised, **overrides})

@@ -22,8 +22,8 @@ MODULES = (
 LEARNING = ("cps_agents.learning.shared", "cps_agents.learning.learner", "cps_agents.league.self_play")
 SHORT = "--set duration_s=4"
 TINY = (
-    "--jobs 1 --resume --knob num_envs=4 --knob steps_per_update=32 --knob batch_size=64 "
-    "--knob epochs=1 --knob evaluations=2 --knob evaluation_episodes=2"
+    "--jobs 1 --resume --knob num_envs=4 --knob n_steps=32 --knob batch_size=64 "
+    "--knob n_epochs=1 --knob evaluations=2 --knob evaluation_episodes=2"
 )
 
 
