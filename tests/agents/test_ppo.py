@@ -153,7 +153,7 @@ def test_what_is_paid_in_a_pause_counts_for_the_decision_before(monkeypatch: pyt
     with torch.no_grad():
         seen = zip(map(torch.from_numpy, shown.rows), map(torch.from_numpy, shown.truth), strict=True)
         values = torch.stack([learner.network.values(rows, truth) for rows, truth in seen]).numpy()
-    discount, gae_lambda = learner.recipe.ppo.gamma, learner.recipe.gae_lambda
+    discount, gae_lambda = learner.recipe.ppo.gamma, learner.recipe.ppo.gae_lambda
 
     def advantage(first: int, row: int) -> float:
         """From a decision to the next one as a single step, and so on."""
