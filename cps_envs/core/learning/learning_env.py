@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -27,6 +27,8 @@ from cps_envs.core.learning.wiring import Scaling, WiredBox, Wiring, scaling_of
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Generators, Observation, Role, other
 
+APART = {"opponent", "num_envs", "practised", "sampled", "total_timesteps", "ppo"}  # arguments, or for learners
+SETTINGS = {entry.name for entry in fields(Training)} - APART
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
 MOST_SAMPLES = 50_000  # rows that the scaling is taken of
@@ -59,21 +61,14 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         preset: str = "learning",
         opponent: PolicyReference | None = None,
         seed: int = 0,
-        adapter: str | None = None,
-        frame_skip: int | None = None,
-        recent_s: Sequence[float] | None = None,
-        rough_s: float | None = None,
-        run_s: float | None = None,
-        neutral_bias: float | None = None,
-        initial_deviation: float | None = None,
-        pay_power: float | None = None,
-        relative: bool | None = None,
         scaling: Scaling | None = None,
         copies: int = 1,
         num_threads: int = 1,
-        **overrides: Any,
+        **options: Any,
     ) -> None:
-        """What is left out is as `training` says, which is `problem.training` if left out itself.
+        """`options` are settings of `Training`, such as `frame_skip`, and fields of the configuration.
+
+        What is left out is as `training` says, which is `problem.training` if left out itself.
 
         `scaling` is mean and deviation of the inputs of a network that is to go on learning; else they are measured.
         With `copies` above 1, episodes b, b + num_envs / copies, ... begin with equal generators, and all at the same
@@ -84,10 +79,11 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             UnknownNameError: there is no such adapter.
         """
         self.problem, self.role = problem, role
-        self.training = _settings(training or problem.training.get(role, Training()), locals())
-        self.preset, self.overrides = preset, dict(overrides)
+        settings = {name: options.pop(name) for name in SETTINGS if name in options} | {"num_envs": num_envs}
+        self.training = _changed(training or problem.training.get(role, Training()), settings)
+        self.preset, self.overrides = preset, options
         practised, met = (self.training.practised, self.training.opponent) if preset == "learning" else ({}, "")
-        self.config = problem.config(preset, {**practised, **overrides})
+        self.config = problem.config(preset, {**practised, **options})
         self.opponent = (met or problem.opponents[preset][other(role)]) if opponent is None else opponent
         self.episodes = check_count("num_envs", self.training.num_envs)
         self._match = problem.match(self.config, self.episodes, {other(role): self.opponent})
@@ -121,17 +117,11 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def _wiring(self, scaled: Scaling) -> Wiring:
         """The wiring that the training settings ask for."""
-        training, masked = self.training, self.outside.adapter.masked and self.game.action_mask(self.role) is not None
-        return Wiring(
-            self.problem.name,
-            self.role,
-            training.adapter,
-            training.frame_skip,
-            training.recent_s,
-            training.rough_s,
-            masked,
-            *scaled,
-        )
+        masked = self.outside.adapter.masked and self.game.action_mask(self.role) is not None
+        shared = {entry.name for entry in fields(Wiring)} & {entry.name for entry in fields(Training)}
+        settings = {name: getattr(self.training, name) for name in shared}
+        mean, deviation = scaled
+        return Wiring(self.problem.name, self.role, masked=masked, mean=mean, deviation=deviation, **settings)
 
     def _wire(self, wiring: Wiring) -> None:
         self._player = WiredPlayer(self.outside, wiring, self.episodes)
@@ -306,12 +296,12 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         return scaling_of(columns[:: len(columns) // MOST_SAMPLES + 1])
 
 
-def _settings(training: Training, given: dict[str, Any]) -> Training:
+def _changed(training: Training, settings: Mapping[str, Any]) -> Training:
     """Training settings with what a caller has set otherwise."""
-    names = [field.name for field in fields(Training) if field.name in given and field.name != "opponent"]
-    changed = {name: given[name] for name in names if given[name] is not None}
-    if "recent_s" in changed:
-        changed["recent_s"] = tuple(changed["recent_s"])
+    changed: dict[str, Any] = {}
+    for name, each in settings.items():
+        if each is not None:
+            changed[name] = tuple(each) if isinstance(each, list) else each
     return replace(training, **changed)
 
 
