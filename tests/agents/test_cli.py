@@ -30,7 +30,7 @@ def test_list_names_environments_and_policies() -> None:
 def test_list_marks_policies_that_cannot_play_learning() -> None:
     printed = succeeded("list", "hvac", "disbanding").stdout
     for setting in ("paper", "paper with attack_budget=5"):
-        assert f"(not in learning, but in {setting})" in " ".join(printed.split())
+        assert f"(plays {setting}, not learning)" in " ".join(printed.split())
 
 
 def test_list_as_json() -> None:

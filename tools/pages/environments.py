@@ -205,7 +205,7 @@ def _policies(entries: list[PolicyEntry]) -> str:
         (
             f"`{each.name}`",
             (each.summary or f"needs {each.missing}")
-            + (each.plays_in and f" (not in `learning`, but in {each.plays_in})"),
+            + (each.plays_in and f" (plays {each.plays_in}, not `learning`)"),
             ", ".join(each.privileged) or "-",
         )
         for each in entries

@@ -67,6 +67,6 @@ def _remark(policy: Mapping[str, Any]) -> Cell:
         extra = EXTRAS[policy["missing"]]
         return styled(f'needs {policy["missing"]}: pip install "cps-envs[{extra}]"', "yellow")
     told, elsewhere = ", ".join(policy["privileged"]), policy["plays_in"]
-    marks = (f"told: {told}" if told else "", f"not in learning, but in {elsewhere}" if elsewhere else "")
+    marks = (f"told: {told}" if told else "", f"plays {elsewhere}, not learning" if elsewhere else "")
     found = "; ".join(filter(None, marks))
     return styled(f"({found})", "magenta", f"{policy['summary']} ") if found else str(policy["summary"])
