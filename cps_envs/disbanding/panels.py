@@ -57,6 +57,7 @@ CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is
         Contestant("random", RANDOM, answer="informed", weight=0.5),
     ),
 }
+EPISODES: Mapping[Role, int] = {"attacker": 128, "defender": 128}  # of the challenge, against each opponent
 RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
     "attacker": panel(
         [

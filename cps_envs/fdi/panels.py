@@ -59,6 +59,7 @@ CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is
         Contestant("swing", SWING, answer="informed", weight=0.5),
     ),
 }
+EPISODES: Mapping[Role, int] = {"attacker": 4096, "defender": 1024}  # of the challenge, against each opponent
 RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
     "attacker": panel(
         [

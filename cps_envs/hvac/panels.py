@@ -70,6 +70,7 @@ BOTH_SIGNS = (  # they show zones colder than they are, or with an option warmer
     *("ramp", "root_ramp", "mimic", "brink", "tracker"),
     *("ramp?keep_noise=true", "mimic?keep_noise=true", "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"),
 )
+EPISODES: Mapping[Role, int] = {"attacker": 2048, "defender": 512}  # of the challenge, against each opponent
 RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
     "attacker": panel(
         [

@@ -139,6 +139,7 @@ CHALLENGE: Mapping[Role, Panel] = {  # frozen: a change is another challenge
         Contestant("square", SQUARE, answer="informed", weight=0.5),
     ),
 }
+EPISODES: Mapping[Role, int] = {"attacker": 1024, "defender": 1024}  # of the challenge, against each opponent
 RESPONDED_TO = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
 RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
     "attacker": panel(

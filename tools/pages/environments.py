@@ -204,8 +204,7 @@ def _policies(entries: list[PolicyEntry]) -> str:
     rows = [
         (
             f"`{each.name}`",
-            (each.summary or f"needs {each.missing}")
-            + (each.plays_in and f" (plays {each.plays_in}, not `learning`)"),
+            (each.summary or f"needs {each.missing}") + (each.plays_in and f" (plays {each.plays_in}, not `learning`)"),
             ", ".join(each.privileged) or "-",
         )
         for each in entries

@@ -76,7 +76,7 @@ def _panel(frozen: Frozen) -> Sheet:
     """The opponents of a track."""
     track = frozen.track
     cells = [
-        [rival.name, _short(rival.policy), f"{share:.0%}", f"{paid.mean():.3g}", _short(rival.answer)]
+        [rival.name, _short(rival.reference), f"{share:.0%}", f"{paid.mean():.3g}", _short(rival.answer)]
         for rival, share, paid in zip(track.panel, track.shares, frozen.pays["test"], strict=True)
     ]
     return Sheet("", ("opponent", "policy", "weight", "best answer is paid", "best answer"), cells)

@@ -58,7 +58,7 @@ def played(
         parts = []
         for first in range(0, len(own), BATCH):
             part = own[first : first + BATCH]
-            parts.append(_batch(track, policy, rival.policy, part))
+            parts.append(_batch(track, policy, rival.reference, part))
             report(done := done + len(part))
         found.append(np.concatenate(parts))
     return found

@@ -15,14 +15,9 @@ from cps_baselines.searched import pinned
 from cps_envs.core.declare.panel import Panel
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.types import ROLES, Role, other
+from cps_envs.registration import PROBLEMS
 
 CHALLENGE = "challenge-v1"
-EPISODES: Mapping[str, tuple[int, int]] = {  # of attackers and of defenders, against each opponent
-    "rogue": (1024, 1024),
-    "fdi": (4096, 1024),
-    "hvac": (2048, 512),
-    "disbanding": (128, 128),
-}
 
 
 @dataclass(frozen=True)
@@ -58,16 +53,17 @@ class Track:
 
 def tracks() -> Mapping[str, Track]:
     """All eight tracks by name."""
-    found = (_track(problem, role) for problem in EPISODES for role in ROLES)
+    found = (_track(problem, role) for problem in PROBLEMS for role in ROLES)
     return {track.name: track for track in found}
 
 
 def _track(problem: str, role: Role) -> Track:
-    declared: Panel = import_module(f"cps_envs.{problem}.panels").CHALLENGE[other(role)]
+    declared = import_module(f"cps_envs.{problem}.panels")
     panel = (
-        replace(each, policy=pinned(problem, each.reference), answer=pinned(problem, each.answer)) for each in declared
+        replace(each, policy=pinned(problem, each.reference), answer=pinned(problem, each.answer))
+        for each in declared.CHALLENGE[other(role)]
     )
-    return Track(problem, role, EPISODES[problem][ROLES.index(role)], tuple(panel))
+    return Track(problem, role, declared.EPISODES[role], tuple(panel))
 
 
 def find_track(name: str) -> Track:
