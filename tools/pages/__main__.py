@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cps_agents.errors import CommandError
 from cps_agents.files import write_text
 from cps_agents.scoring.board import BoardEntry, boards, front
 from tools.pages import chapters, environments, games, leaderboard
@@ -76,4 +77,7 @@ def _is_old(path: Path, page: str) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except CommandError as error:  # a board is of another game than this one
+        sys.exit(f"Error: {error}")

@@ -138,7 +138,7 @@ def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str
     results = train_all(runs, workers, name)
     if ship is not None:
         merge([job.card for job in runs], ship / f"{name}.json")
-        note(f"Written: {ship / name}.json and {name}.safetensors")
+        note(f"Written: {ship / name}.json and {name}.safetensors. They play as zoo:{ship / name}.json")
     return {
         "recipe": name,
         "runs": [{"folder": str(job.folder), **found} for job, found in zip(runs, results, strict=True)],
