@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from threading import Barrier, Event, Thread, main_thread
+from time import sleep
 from typing import Any
 
 import pytest
@@ -36,6 +37,7 @@ from tools.reliability.suite import run_parts
 HANGING = """
 import subprocess
 from threading import Event
+from time import sleep
 from tools.reliability import child
 from tests.tools.broken_parts import PART
 
@@ -149,6 +151,7 @@ def test_two_pieces_run_at_once_and_an_interruption_ends_them(tmp_path: Path) ->
 
     def interrupt() -> None:
         together.wait(60.0)
+        sleep(0.2)  # until the main thread waits: a signal just before that would be heard at the end of the wait
         if hasattr(signal, "pthread_kill"):  # as Ctrl-C does, it ends what the main thread waits for
             signal.pthread_kill(main_thread().ident or 0, signal.SIGINT)
         else:
