@@ -21,6 +21,7 @@ from tests.settings import tests_of as settings_of
 
 ELSEWHERE = ("check_configurations",)  # tests/test_configurations.py
 ONCE = ("check_live_observations", "check_live_swarm", "check_subprocess")  # do not depend on the preset
+QUICK = ("paper", "learning")  # presets whose checks are not slow; each preset has its golden trajectories beside them
 ALL = np.ones(2, bool)
 PRESETS = [(name, preset) for name, problem in PROBLEMS.items() for preset in problem.presets]
 
@@ -31,7 +32,9 @@ def cases() -> Iterator[object]:
             for role in ROLES:
                 for check in CHECKS:
                     if check.__name__ not in ELSEWHERE and (check.__name__ not in ONCE or preset == "paper"):
-                        yield pytest.param(name, preset, role, check, id=f"{name}-{preset}-{role}-{check.__name__}")
+                        marks = () if preset in QUICK else (pytest.mark.slow,)
+                        case = f"{name}-{preset}-{role}-{check.__name__}"
+                        yield pytest.param(name, preset, role, check, id=case, marks=marks)
 
 
 def subject_of(name: str, preset: str, role: Role) -> Subject:

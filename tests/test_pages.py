@@ -107,7 +107,8 @@ def test_python_snippets_run(snippet: str, change: Callable[[str], str], tmp_pat
     run(tmp_path, change(snippet))
     if "model.learn" in snippet:
         for command in dict.fromkeys(map(change, TRAINED)):
-            run_command(tmp_path, command)
+            if change is str or " score " not in command:  # scores play thousands of episodes
+                run_command(tmp_path, command)
 
 
 @pytest.mark.parametrize("game", GAMES)

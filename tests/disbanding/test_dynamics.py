@@ -113,6 +113,7 @@ def test_collisions_within_a_disbanded_platoon_do_not_count_as_intact() -> None:
     assert state.step[0] > 1
 
 
+@pytest.mark.slow
 def test_holding_the_speed_does_not_pay() -> None:
     """Section 7.3: because (2.6) acts last, nobody drives through the stopped platoon unharmed.
 

@@ -191,6 +191,7 @@ def test_a_row_that_gives_way_is_charged_its_price() -> None:
     assert np.allclose(prices[2][missing < -0.01], 0.0)
 
 
+@pytest.mark.slow
 def test_the_wishes_of_a_long_string_do_not_break_the_first_gap() -> None:
     """Every vehicle wants to go faster. What the first gap costs then is what all of them want, not what one does."""
     settings, count = replace(SETTINGS, horizon=2), 50
@@ -221,6 +222,7 @@ def test_it_comes_within_half_a_point_of_the_bound_at_its_own_gap() -> None:
     assert bound - 1e-6 <= outcome["velocity_error_intact"][0] < bound + 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tau_s", "desired_gap_m"), [(0.1, 4.0), (0.5, 5.0)])
 def test_a_second_attack_finds_room_and_costs_less_than_under_string(tau_s: float, desired_gap_m: float) -> None:
     overrides = {"tau_s": tau_s, "desired_gap_m": desired_gap_m}
