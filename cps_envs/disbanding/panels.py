@@ -58,7 +58,7 @@ CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is
     ),
 }
 EPISODES: Mapping[Role, int] = {"attacker": 128, "defender": 128}  # of the challenge, against each opponent
-RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
+RIVALS: Mapping[Role, Panel] = {  # with whom tests hold what is claimed of `learning`; none is told more
     "attacker": panel(
         [
             *("none", "lead", "table_2_3", "spread", "random", "timed", "adaptive"),

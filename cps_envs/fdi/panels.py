@@ -43,7 +43,6 @@ RECIPES: Mapping[Role, Panel] = {  # whom our own PPO meets instead; `zoo:fdi-de
         }
     ),
 }
-TRAINING: Mapping[Role, Panel] = {}  # learners meet who plays in preset `learning`
 CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is another challenge
     "defender": (
         Contestant("cusum", CUSUM, answer="task_tracker", weight=2.0),
@@ -60,7 +59,7 @@ CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is
     ),
 }
 EPISODES: Mapping[Role, int] = {"attacker": 4096, "defender": 1024}  # of the challenge, against each opponent
-RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
+RIVALS: Mapping[Role, Panel] = {  # with whom tests hold what is claimed of `learning`; none is told more
     "attacker": panel(
         [
             *("none", "random", "bang_bang", "swing", "blind_tracker", "tracker"),

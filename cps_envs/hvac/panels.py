@@ -48,7 +48,6 @@ OPPONENTS: Mapping[str, Mapping[Role, Panel]] = {  # who plays a role that nobod
     "learning": {"attacker": LEARNING_ATTACKERS, "defender": panel(["largest"])},
     "hard": {"attacker": LEARNING_ATTACKERS, "defender": panel(["largest"])},
 }
-TRAINING: Mapping[Role, Panel] = {}  # learners meet who plays in preset `learning`
 RECIPES: Mapping[Role, Panel] = {"defender": panel(["largest"])}  # opponents that opposite signs fool teach less
 CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is another challenge
     "defender": (
@@ -71,7 +70,7 @@ BOTH_SIGNS = (  # they show zones colder than they are, or with an option warmer
     *("ramp?keep_noise=true", "mimic?keep_noise=true", "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"),
 )
 EPISODES: Mapping[Role, int] = {"attacker": 2048, "defender": 512}  # of the challenge, against each opponent
-RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
+RIVALS: Mapping[Role, Panel] = {  # with whom tests hold what is claimed of `learning`; none is told more
     "attacker": panel(
         [
             *("none", "constant", "sine", "random", "constant?reading_c=28", "constant?reading_c=40"),

@@ -141,7 +141,7 @@ CHALLENGE: Mapping[Role, Panel] = {  # frozen: a change is another challenge
 }
 EPISODES: Mapping[Role, int] = {"attacker": 1024, "defender": 1024}  # of the challenge, against each opponent
 RESPONDED_TO = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
-RIVALS: Mapping[Role, Panel] = {  # who else can play the role in preset `learning`
+RIVALS: Mapping[Role, Panel] = {  # with whom tests hold what is claimed of `learning`; none is told more
     "attacker": panel(
         [
             "none",

@@ -175,7 +175,8 @@ def test_rivals_and_what_is_searched_can_be_built(problem: str, role: Role) -> N
     names = [each.name for each in rivals]
     assert "none" in names
     assert len(set(names)) == len(names)
-    everybody = [each for place in (panels.CHALLENGE, panels.RECIPES, panels.TRAINING) for each in place.get(role, ())]
+    places = [getattr(panels, name, {}) for name in ("CHALLENGE", "RECIPES", "TRAINING")]
+    everybody = [each for place in places for each in place.get(role, ())]
     for reference in (*(each.reference for each in (*rivals, *everybody)), *declared(problem, role)):
         resolve_policy(reference, spec)
     for family in families(problem).values():
