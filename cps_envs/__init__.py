@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from cps_envs.core.game.play import play_episodes as play_episodes
     from cps_envs.core.game.problem import Problem as Problem
     from cps_envs.core.interfaces.forms import declare as declare
+    from cps_envs.core.interfaces.learning_env import LearningVectorEnv as LearningVectorEnv
     from cps_envs.core.interfaces.registration import register as register
-    from cps_envs.core.learning.learning_env import LearningVectorEnv as LearningVectorEnv
     from cps_envs.core.learning.wiring import WiredBox as WiredBox
     from cps_envs.core.picture.viewer import CanvasViewer as CanvasViewer
     from cps_envs.core.policies.policy import AnalyticPolicy as AnalyticPolicy
@@ -59,7 +59,7 @@ HOMES = {  # name -> module, or module:attribute
     "Problem": f"{CORE}.game.problem:Problem",
     "declare": f"{CORE}.interfaces.forms:declare",
     "register": f"{CORE}.interfaces.registration:register",
-    "LearningVectorEnv": f"{CORE}.learning.learning_env:LearningVectorEnv",  # what `learning_env` returns
+    "LearningVectorEnv": f"{CORE}.interfaces.learning_env:LearningVectorEnv",  # what `learning_env` returns
     "WiredBox": f"{CORE}.learning.wiring:WiredBox",  # its observation space
     "CanvasViewer": f"{CORE}.picture.viewer:CanvasViewer",
     "AnalyticPolicy": f"{CORE}.policies.policy:AnalyticPolicy",

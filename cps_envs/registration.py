@@ -19,7 +19,7 @@ from cps_envs.hvac.problem import HVAC
 from cps_envs.rogue.problem import ROGUE
 
 if TYPE_CHECKING:  # it brings the compiler of kernels along
-    from cps_envs.core.learning.learning_env import LearningVectorEnv
+    from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 
 PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI, HVAC, ROGUE)}
 
@@ -66,7 +66,7 @@ def find_role(name: str) -> tuple[Problem, Role]:
 
 
 def learning_env(name: str, num_envs: int | None = None, **options: Any) -> LearningVectorEnv:
-    """A role as ordinary learners like it, see `core.learning.learning_env.LearningVectorEnv` for the options.
+    """A role as ordinary learners like it, see `core.interfaces.learning_env.LearningVectorEnv` for the options.
 
     `name` is such as "RogueAttack", or an id as Gymnasium takes it.
 
@@ -74,7 +74,7 @@ def learning_env(name: str, num_envs: int | None = None, **options: Any) -> Lear
         UnknownNameError: there is no such role, or no such adapter.
         ConfigurationError: an option that cannot be right.
     """
-    from cps_envs.core.learning.learning_env import LearningVectorEnv
+    from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 
     problem, role = find_role(name)
     return LearningVectorEnv(problem, role, num_envs, **options)

@@ -12,7 +12,7 @@ import pettingzoo
 import pytest
 
 from cps_envs import PROBLEMS
-from cps_envs.core.conformance import CHECKS, Check, Subject, find_subject, run_check
+from cps_envs.core.conformance import CHECKS, LEARNING_CHECKS, Check, Subject, find_subject, run_check
 from cps_envs.core.conformance.actors import Actor
 from cps_envs.core.game.game import Game
 from cps_envs.core.types import ROLES, SIGN, Array, Role
@@ -37,15 +37,23 @@ def cases() -> Iterator[object]:
                         yield pytest.param(name, preset, role, check, id=case, marks=marks)
 
 
-def subject_of(name: str, preset: str, role: Role) -> Subject:
+def subject_of(name: str, preset: str, role: Role, **options: Any) -> Subject:
     settings = settings_of(name)
     env_id = f"cps_envs:{PROBLEMS[name].env_id(role)}"
-    return find_subject(env_id, {"preset": preset, **settings.short}, settings.variants.get(role, ()))
+    return find_subject(env_id, {"preset": preset, **settings.short, **options}, settings.variants.get(role, ()))
 
 
 @pytest.mark.parametrize(("name", "preset", "role", "check"), list(cases()))
 def test_conformance(name: str, preset: str, role: Role, check: Check) -> None:
     outcome = run_check(check, subject_of(name, preset, role))
+    if outcome.status == "skipped":
+        pytest.skip(outcome.reason)
+
+
+@pytest.mark.parametrize("check", LEARNING_CHECKS, ids=lambda check: check.__name__)
+@pytest.mark.parametrize(("name", "role"), [(name, role) for name, each in PROBLEMS.items() for role in each.training])
+def test_the_interface_for_learners_conforms(name: str, role: Role, check: Check) -> None:
+    outcome = run_check(check, subject_of(name, "learning", role, interface="learning"))
     if outcome.status == "skipped":
         pytest.skip(outcome.reason)
 

@@ -23,6 +23,7 @@ from tests.settings import tests_of as settings_of
 
 FOLDER = Path(__file__).parent / "golden"
 ROWS, ENTRIES = 13, 16  # points in time, and observation entries, that are kept
+BESIDE = ("action_mask", "cost")  # what an info has beside the metrics
 CASES = [(name, case) for name in PROBLEMS for case in settings_of(name).golden]
 
 
@@ -32,7 +33,8 @@ def path_of(name: str) -> Path:
 
 def play(name: str, golden: Golden) -> dict[str, Any]:
     """A whole episode, thinned out."""
-    env: Any = gymnasium.make(f"cps_envs:{PROBLEMS[name].env_id(golden.role)}", **golden.kwargs).unwrapped
+    env_id = f"cps_envs:{PROBLEMS[name].env_id(golden.role)}"
+    env: Any = gymnasium.make(env_id, interface="native", **golden.kwargs).unwrapped
     crew = Crew(env, golden.seed, golden.boldness)
     results: list[tuple[Any, ...]] = [env.reset(seed=golden.seed)]
     total, paid = 0.0, [0.0]
@@ -53,7 +55,9 @@ def play(name: str, golden: Golden) -> dict[str, Any]:
         "entries": entries.tolist(),
         "paid": [round(paid[t], 9) for t in times],
         "observations": [[round(float(x), 6) for x in results[t][0][entries]] for t in times],
-        "metrics": {key: round(value, 9) for key, value in results[-1][-1].items() if key != "action_mask"},
+        "metrics": {
+            key: round(value, 9) for key, value in results[-1][-1].items() if key not in ("action_mask", "cost")
+        },
     }
 
 

@@ -116,12 +116,12 @@ def test_no_display_is_opened_and_human_frames_are_drawn_off_screen_with_a_warni
         "before = dict(os.environ)\n"
         "import gymnasium, pygame\n"
         f"for name, options in {games!r}:\n"
-        "    env = gymnasium.make(name, render_mode='rgb_array', **options)\n"
+        "    env = gymnasium.make(name, render_mode='rgb_array', interface='native', **options)\n"
         "    env.reset(seed=0)\n"
         f"    assert env.render().shape == {SHAPE}\n"
         "    assert not pygame.display.get_init(), name\n"
         "    assert {name: os.environ.get(name) for name in before} == before, name\n"
-        "env = gymnasium.make('cps_envs/RogueAttack-v0', render_mode='human', duration_s=1.0)\n"
+        "env = gymnasium.make('cps_envs/RogueAttack-v0', render_mode='human', interface='native', duration_s=1.0)\n"
         "env.reset(seed=0)\n"
         "env.step(env.action_space.sample())\n"
         "env.close()\n"
@@ -133,10 +133,12 @@ def test_no_display_is_opened_and_human_frames_are_drawn_off_screen_with_a_warni
 
 @pytest.mark.parametrize(("name", "role"), ENVIRONMENTS)
 def test_gymnasium_renders_arrays(name: str, role: Role) -> None:
-    with gymnasium.make(env_id(name, role), render_mode="rgb_array", **PICTURED[name].options) as env:
+    with gymnasium.make(
+        env_id(name, role), render_mode="rgb_array", interface="native", **PICTURED[name].options
+    ) as env:
         env.reset(seed=0)
         first = env.render()
-        env.step(env.unwrapped.game.neutral_action[role])  # type: ignore[attr-defined]
+        env.step(env.unwrapped.neutral_action)  # type: ignore[attr-defined]
         second = env.render()
     assert isinstance(first, np.ndarray)
     assert isinstance(second, np.ndarray)
@@ -148,9 +150,9 @@ def test_gymnasium_renders_arrays(name: str, role: Role) -> None:
 @pytest.mark.parametrize(("name", "role"), ENVIRONMENTS)
 def test_a_window_opens_and_closes(name: str, role: Role, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    env = gymnasium.make(env_id(name, role), render_mode="human", **PICTURED[name].options)
+    env = gymnasium.make(env_id(name, role), render_mode="human", interface="native", **PICTURED[name].options)
     env.reset(seed=0)
     assert pygame.display.get_surface().get_size() == (960, 540)
-    env.step(env.unwrapped.game.neutral_action[role])  # type: ignore[attr-defined]
+    env.step(env.unwrapped.neutral_action)  # type: ignore[attr-defined]
     env.close()
     assert not pygame.display.get_init()

@@ -35,7 +35,8 @@ def trajectories() -> dict[str, str]:
 
 
 def _digest_of_episode(name: str, golden: Any) -> str:
-    env: Any = gymnasium.make(f"cps_envs:{PROBLEMS[name].env_id(golden.role)}", **golden.kwargs).unwrapped
+    env_id = f"cps_envs:{PROBLEMS[name].env_id(golden.role)}"
+    env: Any = gymnasium.make(env_id, interface="native", **golden.kwargs).unwrapped
     crew = Crew(env, golden.seed, golden.boldness)
     digest = hashlib.sha256()
     result: tuple[Any, ...] = env.reset(seed=golden.seed)
@@ -43,7 +44,8 @@ def _digest_of_episode(name: str, golden: Any) -> str:
         *numbers, info = result
         digest.update(numbers[0].tobytes())
         digest.update(json.dumps(numbers[1:]).encode())
-        digest.update(json.dumps({key: value for key, value in info.items() if key != "action_mask"}).encode())
+        metrics = {key: value for key, value in info.items() if key not in ("action_mask", "cost")}
+        digest.update(json.dumps(metrics).encode())
         if len(result) > 2 and has_ended(env, result):
             return digest.hexdigest()
         result = env.step(crew.act(info))

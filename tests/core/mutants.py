@@ -12,8 +12,8 @@ import gymnasium
 import numpy as np
 
 from cps_envs.core.conformance import Subject
-from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
-from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv, RolesVectorEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv, SwarmVectorEnv
 from cps_envs.core.types import Role
 from tests.core.toy import (
     TOY,
@@ -79,20 +79,20 @@ wrong("_step", lambda game, real, *to: (np.random.random(), real(*to)), "global_
 wrong(  # another state, whatever earlier tests have seeded
     "_reset", lambda game, real, *to: (random.seed(random.random()), real(*to)), "global_random_state"
 )
-wrong("_moves", lambda env, real, actions: {"attacker": real(actions)["attacker"]}, "parallel", **PAIRED)
+wrong("step", lambda env, real, actions: real({**actions, "attacker_0": 0}), "parallel", **PAIRED)  # it is lost
 wrong(  # a bonus per call: a decision of three steps gets it once, three steps get it three times
     "_advance", lambda game, real, actions, envs, steps: real(actions, envs, steps) + 0.01 * envs, "parallel", "return"
 )
 wrong("_advance", lambda game, real, *to: 2 * real(*to), "return")
-wrong(
-    "_moves",
-    lambda env, real, given: {**real(given), "attacker": given["attacker"][:, 0]},
+wrong(  # every game step counts, not only those at which the attacker decides
+    "step",
+    lambda env, real, actions: (setattr(env._batch.hands["attacker"], "interval", 1), real(actions))[1],
     "held_actions",
     **PAIRED,
 )
 wrong(
     "step",
-    lambda env, real, actions: (env._match.step({}, env._envs, 1), real(actions))[1],
+    lambda env, real, actions: (env.game.advance({}, np.ones(1, np.bool_), 1), real(actions))[1],
     "swarm",
     part="swarm_class",
     role="defender",
@@ -204,11 +204,11 @@ class SharesGenerator(ToyGame):
 
 @mutant("autoreset", part="vector_class")
 class FinalAfterReset(ToyAttackVectorEnv):
-    def _restart_ended(self) -> Any:
-        final = super()._restart_ended()
-        for b in np.flatnonzero(final.get("_final_obs", [])):
-            final["final_obs"][b] = self.game.observe(self.role)[b]
-        return final
+    def step(self, actions: Any) -> Any:
+        result = super().step(actions)
+        for b in np.flatnonzero(result[-1].get("_final_obs", [])):
+            result[-1]["final_obs"][b] = result[0][b]
+        return result
 
 
 @mutant("autoreset", "batch", part="vector_class")
@@ -250,11 +250,8 @@ class KeepsReference(RolesParallelEnv):
     def step(self, actions: Any) -> Any:
         due = not hasattr(self, "kept") or self.game.elapsed[0] % 3 == 0
         self.kept = actions if due else self.kept
-        return super().step(actions)
-
-    def _moves(self, given: Any) -> Any:
-        super()._moves(given)
-        return {**self._held, "attacker": np.array([self.kept["attacker_0"]])}
+        self._batch.hands["attacker"].interval = 1  # so that it is read again
+        return super().step({**actions, "attacker_0": self.kept["attacker_0"]})
 
 
 @mutant("observations")
@@ -331,6 +328,48 @@ class ActsBeforeItLooks(ToyAttackEnv):
         except ValueError:
             super().step(0)
             raise
+
+
+@mutant("agents_batch", part="parallel_vector_class")
+class LastMetricsOfTheNewEpisode(RolesVectorEnv):
+    def step(self, actions: Any) -> Any:
+        *rest, infos = super().step(actions)
+        if "final_info" in infos:
+            infos["final_info"]["closeness"] = infos["closeness"]
+        return (*rest, infos)
+
+
+@mutant("agents_batch", part="swarm_vector_class", role="defender")
+class OneSeedForAll(SwarmVectorEnv):
+    def reset(self, seed: Any = None, options: Any = None) -> Any:
+        return super().reset([seed] * self.num_envs if isinstance(seed, int) else seed, options)
+
+
+@mutant("flat", part="single_class")
+class FlatCountsBackwards(ToyAttackEnv):
+    def __init__(self, *, flat: bool = False, **kwargs: Any) -> None:
+        super().__init__(flat=flat, **kwargs)
+        self.flat = flat
+
+    def step(self, action: Any) -> Any:
+        return super().step(4 - action if self.flat else action)
+
+
+@mutant("cost", part="single_class")
+class CostsSoFar(ToyAttackEnv):
+    def step(self, action: Any) -> Any:
+        *rest, info = super().step(action)
+        return (*rest, {**info, "cost": info["closeness"]})
+
+
+@mutant("cost", part="vector_class")
+class CostsOfTheNewEpisode(ToyAttackVectorEnv):
+    """A learner that reads `cost` beside the reward never hears of the last step's."""
+
+    def step(self, actions: Any) -> Any:
+        *rest, info = super().step(actions)
+        info["cost"] = np.where(info.get("_final_info", False), 0.0, info["cost"])
+        return (*rest, info)
 
 
 @mutant("configurations", part="parallel_class", role="defender")

@@ -11,7 +11,7 @@ import cps_envs.core
 CORE = Path(cps_envs.core.__file__).parent
 FLOORS = (  # from the ground up; single files below all rooms
     *("errors", "types", "documents"),
-    *("compute", "declare", "policies", "game", "picture", "interfaces", "learning", "conformance"),
+    *("compute", "declare", "policies", "game", "picture", "learning", "interfaces", "conformance"),
 )
 
 

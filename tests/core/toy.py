@@ -194,6 +194,8 @@ TOY = Problem(
     },
     viewer="tests.core.toy:ToyViewer",
     swarm={"defender": "axis"},
+    cost="closeness",
+    cost_limit=6.0,
     namespace="toys",
 )
 

@@ -16,7 +16,7 @@ from cps_envs import hvac_v0, rogue_v0
 IDS = sorted(str(env_id) for env_id in gymnasium.registry if str(env_id).startswith("cps_envs/"))
 
 
-@pytest.mark.parametrize("env_id", [env_id for env_id in IDS if "Discrete-" not in env_id])
+@pytest.mark.parametrize("env_id", IDS)
 def test_tianshou(env_id: str) -> None:
     """`DummyVectorEnv` of all ids"""
     envs = pytest.importorskip("tianshou.env").DummyVectorEnv([partial(gymnasium.make, env_id)] * 2)

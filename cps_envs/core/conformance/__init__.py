@@ -15,16 +15,18 @@ from cps_envs.core.conformance.declaration import check_declaration
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
-from cps_envs.core.conformance.interfaces import check_batch, check_held_actions, check_parallel, check_swarm
+from cps_envs.core.conformance.interfaces import check_batch, check_held_actions, check_parallel
+from cps_envs.core.conformance.learned import check_flat, check_training
 from cps_envs.core.conformance.legality import check_action_masks, check_bad_actions
 from cps_envs.core.conformance.observations import check_live_observations, check_live_swarm, check_observations
-from cps_envs.core.conformance.payoff import check_metrics, check_return, check_zero_sum
+from cps_envs.core.conformance.payoff import check_cost, check_metrics, check_return, check_zero_sum
 from cps_envs.core.conformance.pictures import check_rendering
 from cps_envs.core.conformance.refinement import Refinement, check_refinement, refine
 from cps_envs.core.conformance.replay import Scripted
 from cps_envs.core.conformance.subject import NotApplicableError, Subject, find_subject
 from cps_envs.core.conformance.suite import (
     CHECKS,
+    LEARNING_CHECKS,
     Check,
     Outcome,
     Outcomes,
@@ -32,10 +34,12 @@ from cps_envs.core.conformance.suite import (
     check_problem,
     run_check,
 )
+from cps_envs.core.conformance.teams import check_agents_batch, check_rows, check_swarm
 from cps_envs.core.conformance.transport import check_pickled_generator, check_pickling, check_spec, check_subprocess
 
 __all__ = [
     "CHECKS",
+    "LEARNING_CHECKS",
     "Check",
     "NotApplicableError",
     "Outcome",
@@ -45,15 +49,18 @@ __all__ = [
     "Subject",
     "check_action_masks",
     "check_actions_untouched",
+    "check_agents_batch",
     "check_aliasing",
     "check_autoreset",
     "check_bad_actions",
     "check_batch",
     "check_configurations",
+    "check_cost",
     "check_declaration",
     "check_determinism",
     "check_endings",
     "check_environment",
+    "check_flat",
     "check_frame_skip",
     "check_global_random_state",
     "check_gymnasium",
@@ -73,6 +80,7 @@ __all__ = [
     "check_reset_mask",
     "check_reset_needed",
     "check_return",
+    "check_rows",
     "check_seeding",
     "check_spec",
     "check_stable_baselines3",
@@ -80,6 +88,7 @@ __all__ = [
     "check_swarm",
     "check_threads",
     "check_time_limit",
+    "check_training",
     "check_zero_sum",
     "find_subject",
     "refine",

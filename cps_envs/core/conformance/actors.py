@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.agents_vector_env import AgentsVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import Array
 
@@ -91,15 +91,24 @@ class Crew:
         if isinstance(env, ParallelEnv):
             agents = zip(env.possible_agents, self._actors, strict=True)
             return {agent: actor.act(info[agent].get("action_mask")) for agent, actor in agents}
+        if isinstance(env, AgentsVectorEnv):
+            return {agent: self._all(i, info.get(agent, {})) for i, agent in enumerate(env.possible_agents)}
         return self._actors[0].act(info.get("action_mask"))
+
+    def _all(self, agent: int, shown: Info) -> Array:
+        """The actions (B, ...) of an agent in all episodes."""
+        count = self._env.num_envs
+        masks = shown.get("action_mask", [None] * count)
+        actors = self._actors[agent * count : (agent + 1) * count]
+        return np.stack([actor.act(mask) for actor, mask in zip(actors, masks, strict=True)])
 
 
 def _seats(env: Any) -> list[tuple[Any, Array]]:
-    """Action space and neutral action of each environment or agent."""
-    game = env.game
-    if isinstance(env, RoleEnv):
-        return [(env.action_space, game.neutral_action[env.role])]
+    """Action space and neutral action of each environment or agent, or of each agent in each environment."""
     if isinstance(env, RoleVectorEnv):
-        return [(env.single_action_space, game.neutral_action[env.role])] * env.num_envs
-    adapters = [each.adapter for each in env.outside.values() for _ in each.agents]
-    return [(adapter.action_space, adapter.neutral_action) for adapter in adapters]
+        return [(env.single_action_space, env.neutral_action)] * env.num_envs
+    if hasattr(env, "possible_agents"):
+        count = env.num_envs if isinstance(env, AgentsVectorEnv) else 1
+        agents = [agent for agent in env.possible_agents for _ in range(count)]
+        return [(env.action_space(agent), env.neutral_action(agent)) for agent in agents]
+    return [(env.action_space, env.neutral_action)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from cps_envs.core.conformance.subject import NUM_ENVS, Subject
 from cps_envs.core.game.game import Game
-from cps_envs.core.interfaces.outside import Outside
+from cps_envs.core.learning.outside import Outside
 from cps_envs.core.types import ROLES
 
 

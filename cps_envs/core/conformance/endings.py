@@ -11,7 +11,7 @@ from gymnasium.error import ResetNeeded
 
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.conformance.actors import Crew
-from cps_envs.core.conformance.recording import difference, episode_steps, record
+from cps_envs.core.conformance.recording import BATCHES, difference, episode_steps, record
 from cps_envs.core.conformance.subject import NUM_ENVS, NotApplicableError, Subject
 from cps_envs.core.game.game import Game
 from cps_envs.core.types import ROLES, BoolArray
@@ -49,8 +49,7 @@ def check_reset_needed(subject: Subject) -> None:
     for name, make in subject.interfaces().items():
         actions, _ = record(make(), seed=61)
         _assert_refused(make(), actions[0], f"the {name} interface steps before the first reset")
-        if name != "batch":
-            env = make()
+        if not isinstance(env := make(), BATCHES):
             info: Any = env.reset(seed=61)[-1]
             crew = Crew(env, 61)
             for _ in actions:

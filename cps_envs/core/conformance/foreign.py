@@ -19,6 +19,7 @@ HARMLESS = (  # attacker and defender differ by nature
     "Agents have different (observation|action) space sizes",
     "Observations are different shapes",
     "Action space for each agent probably should be",  # MultiDiscrete
+    "We recommend agents to be named",  # a team's are defender_vehicle_1
 )
 
 

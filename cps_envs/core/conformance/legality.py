@@ -11,19 +11,23 @@ from gymnasium import spaces
 from cps_envs.core.conformance.actors import Crew, allows, flat
 from cps_envs.core.conformance.recording import difference, episode_steps, has_ended, record
 from cps_envs.core.conformance.subject import Subject
+from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import AGENTS, ROLES, Array
 
 
 def check_action_masks(subject: Subject) -> None:
     """`action_masks()` and `info["action_mask"]` agree; something is always legal, between decisions only waiting."""
-    env = subject.single()
-    if env.game.action_mask(subject.role) is None:
-        _assert_maskless(subject)
-    else:
+    masked = hasattr(subject.single(), "action_masks")
+    if masked:
         for make in (subject.single, subject.batch):
             _check_face(make(), subject)
-    _check_between_decisions(subject)
+    else:
+        _assert_maskless(subject)
+    if subject.interface == NATIVE:
+        has_mask = subject.game().action_mask(subject.role) is not None
+        assert has_mask == masked, "action_masks has to be there where the game has masks, and nowhere else"
+        _check_between_decisions(subject)
 
 
 def _assert_maskless(subject: Subject) -> None:

@@ -13,13 +13,19 @@ from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.recording import episode_steps, record
 from cps_envs.core.conformance.subject import NotApplicableError, Subject
 from cps_envs.core.declare.fields import Fields
+from cps_envs.core.declare.training import NATIVE
+from cps_envs.core.interfaces.agents_vector_env import AgentsVectorEnv
+from cps_envs.core.learning.wiring import CLIP
 from cps_envs.core.types import Array, Observation
 
 LIVE_ENVS = 8
 
 
 def check_observations(subject: Subject) -> None:
-    """Every observation of every interface is a float32 array in [-1, 1] of the declared shape, without NaN."""
+    """Every observation of every interface is a float32 array in its space, of the declared shape, without NaN.
+
+    In the native interface that is [-1, 1].
+    """
     for name, make in subject.interfaces().items():
         env = make()
         for step, result in enumerate(record(env, seed=51)[1]):
@@ -27,9 +33,11 @@ def check_observations(subject: Subject) -> None:
                 where = f"the {name} interface's observation{key} at step {step}"
                 assert isinstance(observation, np.ndarray), f"{where} is a {type(observation).__name__}, not an array"
                 assert observation.dtype == np.float32, f"{where} has dtype {observation.dtype}, not float32"
-                assert observation.shape == space.shape, f"{where} has shape {observation.shape}, not {space.shape}"
+                shape = (env.num_envs, *space.shape) if isinstance(env, AgentsVectorEnv) else space.shape
+                assert observation.shape == shape, f"{where} has shape {observation.shape}, not {shape}"
                 assert not np.isnan(observation).any(), f"{where} contains NaN"
-                assert np.abs(observation).max() <= 1.0, f"{where} leaves [-1, 1]"
+                most = 1.0 if subject.interface == NATIVE else CLIP
+                assert np.abs(observation).max() <= most, f"{where} leaves [-{most:g}, {most:g}]"
 
 
 def _observed(env: Any, observation: Any) -> Iterator[tuple[str, Any, Any]]:
@@ -47,7 +55,7 @@ def check_live_observations(subject: Subject) -> None:
     """
     extremes = Extremes()
     for variant in ({}, *subject.variants):
-        batch = subject.batch(LIVE_ENVS, **{**variant, "autoreset_mode": AutoresetMode.NEXT_STEP})
+        batch = subject.batch(LIVE_ENVS, **{**variant, "autoreset": AutoresetMode.NEXT_STEP})
         for rows in _batch_rows(batch):
             extremes.see(batch.game.fields[subject.role], rows)
     extremes.assert_live(subject.role)

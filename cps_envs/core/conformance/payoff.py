@@ -6,11 +6,16 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from cps_envs.core.conformance.recording import record
-from cps_envs.core.conformance.subject import Subject
+import numpy as np
+from pettingzoo import ParallelEnv
+
+from cps_envs.core.conformance.recording import BATCHES, record
+from cps_envs.core.conformance.subject import NotApplicableError, Subject
+from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.types import AGENTS, ROLES, SIGN
 
 TOLERANCE = 1e-9
+BESIDE = {"action_mask", "due", "final_obs", "final_info"}  # what infos have beside the metrics
 
 
 def check_return(subject: Subject) -> None:
@@ -22,6 +27,8 @@ def check_return(subject: Subject) -> None:
         parts = env.game.payoff_parts
         paid = math.fsum(result[1] for result in results[1:])
         _assert_equal(paid, sign * math.fsum(results[-1][-1][part] for part in parts), parts, "single", sign)
+    if subject.interface != NATIVE:
+        return  # agents of a team may each be paid what the whole is
     both = subject.parallel()
     results = record(both, seed=72)[1]
     for role in ROLES:
@@ -37,6 +44,31 @@ def _assert_equal(paid: float, total: float, parts: tuple[str, ...], interface: 
     assert close, f"the return of the {interface} interface is {paid!r}, but {formula} of the last info is {total!r}"
 
 
+def check_cost(subject: Subject) -> None:
+    """The `cost` in the infos of an episode sums to the metric that the problem counts, in every interface.
+
+    Raises:
+        NotApplicableError: the problem counts none.
+    """
+    metric = subject.problem.cost
+    if not metric:
+        raise NotApplicableError("the problem names no cost")
+    for name, make in subject.interfaces().items():
+        env = make()
+        total: Any = 0.0
+        for step, result in enumerate(record(env, seed=75)[1]):
+            info, *final = _infos(result[-1], env)
+            total = total + info["cost"]
+            counted, ended = info[metric], np.zeros(np.shape(total), np.bool_)
+            if isinstance(env, BATCHES) and final and "final_info" in result[-1]:
+                ended = result[-1]["_final_obs"]
+                counted = np.where(ended, final[0][metric], counted)
+            close = np.abs(total - counted) <= TOLERANCE * np.maximum(1.0, np.abs(counted))
+            where = f"the {name} interface's costs up to step {step}"
+            assert np.all(close), f"{where} sum to {total}, but the metric {metric} is {counted}"
+            total = np.where(ended, 0.0, total)
+
+
 def check_zero_sum(subject: Subject) -> None:
     """At every step of the parallel interface the two rewards add up to zero."""
     for step, (_, rewards, *_) in enumerate(record(subject.parallel(), seed=73)[1][1:]):
@@ -46,24 +78,28 @@ def check_zero_sum(subject: Subject) -> None:
 
 def check_metrics(subject: Subject) -> None:
     """Every interface's info, at reset and at each step, has the game's metrics; Python numbers where it is single."""
-    expected = set(subject.game().metrics())
-    missing = set(subject.game().payoff_parts) - expected
-    assert not missing, f"payoff_parts names {sorted(missing)}, which are no metrics"
+    game, cost = subject.game(), subject.problem.cost
+    expected = set(game.metrics())
+    missing = {*game.payoff_parts, *filter(None, [cost])} - expected
+    assert not missing, f"payoff_parts or cost names {sorted(missing)}, which are no metrics"
+    expected |= {"cost"} if cost else set()
     for name, make in subject.interfaces().items():
-        for step, result in enumerate(record(make(), seed=74)[1]):
-            for info in _infos(result[-1], name):
-                keys = {key for key in info if not key.startswith("_")} - {"action_mask", "final_obs", "final_info"}
+        env = make()
+        for step, result in enumerate(record(env, seed=74)[1]):
+            for info in _infos(result[-1], env):
+                keys = {key for key in info if not key.startswith("_")} - BESIDE
                 where = f"the {name} interface's info at step {step}"
                 assert keys == expected, f"{where} differs from the game's metrics in {sorted(keys ^ expected)}"
-                if name != "batch":
+                if not isinstance(env, BATCHES):
                     _assert_plain(info, expected, where)
 
 
-def _infos(info: Mapping[str, Any], name: str) -> Iterator[Mapping[str, Any]]:
-    if name in ("parallel", "swarm"):
+def _infos(info: Mapping[str, Any], env: Any) -> Iterator[Mapping[str, Any]]:
+    if isinstance(env, ParallelEnv):
         yield from info.values()
     else:
-        yield info
+        agents = getattr(env, "possible_agents", ())
+        yield {key: value for key, value in info.items() if key not in agents}
         if "final_info" in info:
             yield info["final_info"]
 

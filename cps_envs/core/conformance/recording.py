@@ -11,22 +11,22 @@ import numpy as np
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.conformance.actors import Crew
+from cps_envs.core.interfaces.agents_vector_env import AgentsVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 
 EXTRA_STEPS = 3  # of a batch beyond its longest episode, so that environments start anew
+BATCHES = (RoleVectorEnv, AgentsVectorEnv)
 
 
 def episode_steps(env: Any) -> int:
-    """The most steps of an episode in a interface; for a batch a few more."""
-    role = getattr(env, "role", None)
-    interval = 1 if role is None else env.game.decision_interval[role] * getattr(env, "frame_skip", 1)
-    steps: int = -(-env.game.horizon // interval)
-    return steps + EXTRA_STEPS if isinstance(env, RoleVectorEnv) else steps
+    """The most steps of an episode in an interface; for a batch a few more."""
+    steps: int = -(-env.game.horizon // env.interval) if hasattr(env, "interval") else env.decisions
+    return steps + EXTRA_STEPS if isinstance(env, BATCHES) else steps
 
 
 def has_ended(env: Any, result: tuple[Any, ...]) -> bool:
     """Whether an episode is over after a step; a batch goes on."""
-    if isinstance(env, RoleVectorEnv) or len(result) == 2:
+    if isinstance(env, BATCHES) or len(result) == 2:
         return False
     return not env.agents if isinstance(env, ParallelEnv) else bool(result[2] or result[3])
 

@@ -6,17 +6,19 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import gymnasium
 from gymnasium.envs.registration import load_env_creator, parse_env_id
 from gymnasium.vector import AutoresetMode
 
+from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.game.game import Game
-from cps_envs.core.game.problem import Problem
+from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.interfaces.env import RoleEnv
-from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
-from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv, RolesVectorEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv, SwarmVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import Role
 
@@ -29,7 +31,7 @@ class NotApplicableError(Exception):
 
 @dataclass(frozen=True)
 class Subject:
-    """One role of a problem under given arguments.
+    """One role of a problem under given arguments, in the native interface unless `kwargs` say otherwise.
 
     `variants` are further keyword arguments, each merged over `kwargs`, under which together every observation entry
     has to come alive.
@@ -42,6 +44,8 @@ class Subject:
     variants: Sequence[Mapping[str, Any]] = ()
     parallel_class: Callable[..., RolesParallelEnv] = RolesParallelEnv
     swarm_class: Callable[..., SwarmEnv] = SwarmEnv
+    parallel_vector_class: Callable[..., RolesVectorEnv] = RolesVectorEnv
+    swarm_vector_class: Callable[..., SwarmVectorEnv] = SwarmVectorEnv
 
     def __str__(self) -> str:
         arguments = "".join(f", {name}={value!r}" for name, value in self.kwargs.items())
@@ -58,21 +62,58 @@ class Subject:
         return self.single_class.role
 
     @property
+    def arguments(self) -> dict[str, Any]:
+        """What every interface of the role is made with."""
+        return {"interface": NATIVE, **self.kwargs}
+
+    @property
+    def interface(self) -> str:
+        """Which interface is checked: "native" or "learning"."""
+        return str(self.arguments["interface"])
+
+    @property
+    def is_learned(self) -> bool:
+        """Whether the problem says how the role is learned, in the preset that is checked."""
+        preset = self.kwargs.get("preset", self.problem.usual_preset)
+        return preset == LEARNING and self.role in self.problem.training
+
+    @property
     def game_kwargs(self) -> dict[str, Any]:
         """The arguments without those of one role, for the interface that plays both roles from outside."""
-        return {name: value for name, value in self.kwargs.items() if name not in ("opponent", "frame_skip")}
+        apart = ("opponent", "frame_skip", "adapter")
+        found = {name: value for name, value in self.arguments.items() if name not in apart}
+        adapter = self.kwargs.get("adapter")
+        return found if adapter is None else {**found, "adapters": {self.role: adapter}}
+
+    @property
+    def shared_pay(self) -> bool:
+        """Whether each agent of a team is paid what the whole is."""
+        usual = self.problem.training[self.role].shared_pay if self.role in self.problem.training else False
+        return bool(self.kwargs.get("shared_pay", usual)) and self.interface == LEARNING
+
+    def paid(self, rewards: Sequence[float]) -> float:
+        """What the role is paid where its agents are paid this."""
+        return rewards[0] if self.shared_pay else sum(rewards)
 
     def single(self, **extra: Any) -> RoleEnv:
         """A fresh `gymnasium.Env`."""
-        return self.single_class(**{**self.kwargs, **extra})
+        return self.single_class(**{**self.arguments, **extra})
 
     def batch(self, num_envs: int = NUM_ENVS, **extra: Any) -> RoleVectorEnv:
         """A fresh vector environment, which resets ended environments in the same step unless told otherwise."""
-        return self.vector_class(num_envs, **{"autoreset_mode": AutoresetMode.SAME_STEP, **self.kwargs, **extra})
+        return self.vector_class(num_envs, **{"autoreset": AutoresetMode.SAME_STEP, **self.arguments, **extra})
 
     def parallel(self, **extra: Any) -> RolesParallelEnv:
         """A fresh PettingZoo environment of both roles."""
         return self.parallel_class(self.problem, **{**self.game_kwargs, **extra})
+
+    def parallel_batch(self, num_envs: int = NUM_ENVS, **extra: Any) -> RolesVectorEnv:
+        """A fresh batch of the PettingZoo environment of both roles."""
+        return self.parallel_vector_class(self.problem, num_envs, **{**self.game_kwargs, **extra})
+
+    def swarm_batch(self, num_envs: int = NUM_ENVS, **extra: Any) -> SwarmVectorEnv:
+        """A fresh batch of the PettingZoo environment of the role as a team."""
+        return self.swarm_vector_class(self.problem, self.role, num_envs, **{**self.arguments, **extra})
 
     def swarm(self, **extra: Any) -> SwarmEnv:
         """A fresh PettingZoo environment of the role as a team.
@@ -81,7 +122,7 @@ class Subject:
             NotApplicableError: the role has no decentralised form under these arguments.
         """
         try:
-            return self.swarm_class(self.problem, self.role, **{**self.kwargs, **extra})
+            return self.swarm_class(self.problem, self.role, **{**self.arguments, **extra})
         except (TypeError, ValueError) as error:
             raise NotApplicableError(f"no swarm form: {error}") from error
 
@@ -95,7 +136,10 @@ class Subject:
             "single": self.single,
             "batch": self.batch,
             "parallel": self.parallel,
+            "batched parallel": self.parallel_batch,
         }
+        if self.interface == LEARNING and self.batch(1, per_agent=True).agents > 1:
+            interfaces["per-agent"] = partial(self.batch, per_agent=True)
         try:
             self.swarm()
         except NotApplicableError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import gymnasium
@@ -18,14 +18,17 @@ from cps_envs.core.conformance.declaration import check_declaration
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
-from cps_envs.core.conformance.interfaces import check_batch, check_held_actions, check_parallel, check_swarm
+from cps_envs.core.conformance.interfaces import check_batch, check_held_actions, check_parallel
+from cps_envs.core.conformance.learned import check_flat, check_training
 from cps_envs.core.conformance.legality import check_action_masks, check_bad_actions
 from cps_envs.core.conformance.observations import check_live_observations, check_live_swarm, check_observations
-from cps_envs.core.conformance.payoff import check_metrics, check_return, check_zero_sum
+from cps_envs.core.conformance.payoff import check_cost, check_metrics, check_return, check_zero_sum
 from cps_envs.core.conformance.pictures import check_rendering
 from cps_envs.core.conformance.subject import NotApplicableError, Subject, find_subject
+from cps_envs.core.conformance.teams import check_agents_batch, check_rows, check_swarm
 from cps_envs.core.conformance.transport import check_pickled_generator, check_pickling, check_spec, check_subprocess
-from cps_envs.core.game.problem import Problem
+from cps_envs.core.declare.training import NATIVE
+from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.interfaces.env import RoleEnv
 from cps_envs.core.types import ROLES, Role
 
@@ -45,6 +48,8 @@ CHECKS: tuple[Check, ...] = (
     check_frame_skip,
     check_threads,
     check_swarm,
+    check_agents_batch,
+    check_flat,
     check_autoreset,
     check_reset_mask,
     check_time_limit,
@@ -59,6 +64,7 @@ CHECKS: tuple[Check, ...] = (
     check_return,
     check_zero_sum,
     check_metrics,
+    check_cost,
     check_action_masks,
     check_bad_actions,
     check_configurations,
@@ -67,6 +73,40 @@ CHECKS: tuple[Check, ...] = (
     check_spec,
     check_subprocess,
     check_rendering,
+)
+LEARNING_CHECKS: tuple[Check, ...] = (  # of the interface for learners
+    check_gymnasium,
+    check_pettingzoo,
+    check_stable_baselines3,
+    check_determinism,
+    check_seeding,
+    check_global_random_state,
+    check_batch,
+    check_rows,
+    check_training,
+    check_parallel,
+    check_held_actions,
+    check_frame_skip,
+    check_swarm,
+    check_agents_batch,
+    check_flat,
+    check_autoreset,
+    check_reset_mask,
+    check_time_limit,
+    check_aliasing,
+    check_actions_untouched,
+    check_observations,
+    check_endings,
+    check_reset_needed,
+    check_return,
+    check_metrics,
+    check_cost,
+    check_action_masks,
+    check_bad_actions,
+    check_pickling,
+    check_pickled_generator,
+    check_spec,
+    check_subprocess,
 )
 
 
@@ -117,18 +157,30 @@ def check_environment(
     *,
     variants: Sequence[Mapping[str, Any]] = (),
     checks: Sequence[Check] = CHECKS,
+    learning_checks: Sequence[Check] = LEARNING_CHECKS,
     **kwargs: Any,
 ) -> Outcomes:
     """Put an environment through the checks: an id such as "package:namespace/Name-v0", or a class.
 
-    `kwargs` go to its constructor. `variants` are further keyword arguments, each merged over them, under which
+    Its native interface goes through `checks`. Where its problem says how the role is learned, the interface for
+    learners goes through `learning_checks`. `kwargs` go to its constructor; with `interface` among them only that one
+    is checked. `variants` are further keyword arguments, each merged over them, under which
     together every observation entry has to come alive.
 
     Raises:
         AssertionError: at the first check that fails.
     """
-    subject = find_subject(target, kwargs, variants)
-    return Outcomes(run_check(check, subject) for check in checks)
+    return _run(find_subject(target, kwargs, variants), checks, learning_checks)
+
+
+def _run(subject: Subject, checks: Sequence[Check], learning_checks: Sequence[Check]) -> Outcomes:
+    outcomes = Outcomes()
+    if subject.interface == NATIVE:
+        outcomes += [run_check(check, subject) for check in checks]
+    if subject.interface == LEARNING or ("interface" not in subject.kwargs and subject.is_learned):
+        learned = replace(subject, kwargs={**subject.kwargs, "interface": LEARNING})
+        outcomes += [run_check(check, learned) for check in learning_checks]
+    return outcomes
 
 
 def check_problem(
@@ -138,10 +190,12 @@ def check_problem(
     settings: Mapping[str, Any] | None = None,
     variants: Mapping[Role, Sequence[Mapping[str, Any]]] | None = None,
     checks: Sequence[Check] = CHECKS,
+    learning_checks: Sequence[Check] = LEARNING_CHECKS,
 ) -> Outcomes:
     """Put both roles of a problem whose ids are registered through the checks, under each preset (default: all).
 
-    `settings` are further constructor arguments, for example a short duration; `variants` see `check_environment`.
+    The interfaces are those of `check_environment`, and so is `variants`. `settings` are further constructor arguments,
+    for example a short duration.
 
     Raises:
         AssertionError: at the first check that fails.
@@ -154,5 +208,5 @@ def check_problem(
                 f"{name} is not registered: its module has to run register(PROBLEM, __name__)"
             )
             subject = find_subject(name, {"preset": preset, **(settings or {})}, (variants or {}).get(role, ()))
-            outcomes += [run_check(check, subject) for check in checks]
+            outcomes += _run(subject, checks, learning_checks)
     return outcomes

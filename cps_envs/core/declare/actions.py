@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.compute.kernels import kernel
-from cps_envs.core.errors import shown
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.errors import ConfigurationError, shown
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
 INT64 = np.dtype(np.int64)
 SHOWN = 60  # characters of what is no action
+MOST_FLAT = 4096  # values of one number that stands for all entries of an action
 
 
 class ActionReader:
@@ -129,3 +132,32 @@ def choices_of(space: spaces.Space[Any]) -> tuple[int, ...]:
     if isinstance(space, spaces.Discrete):
         return (int(space.n),)
     return tuple(int(count) for count in np.ravel(getattr(space, "nvec", ())))
+
+
+def flattened(space: spaces.Space[Any]) -> spaces.Discrete:
+    """The discrete space in which one number stands for all entries of an action, the last entry counting fastest.
+
+    Raises:
+        ConfigurationError: the actions are continuous, or there are more than `MOST_FLAT`.
+    """
+    choices = choices_of(space)
+    if not choices:
+        raise ConfigurationError(f"flat=True is for discrete actions: {space} has continuous ones, leave it out")
+    count = math.prod(choices)
+    if count > MOST_FLAT:
+        most = f"flat=True makes one action of each combination, at most {MOST_FLAT:,}"
+        raise ConfigurationError(f"{most}: {space} has {count:,}. Leave it out, or choose another adapter")
+    return spaces.Discrete(count)
+
+
+def unflattened(actions: Array, choices: Sequence[int]) -> IntArray:
+    """Entries (n, k) of actions (n,) of the flattened space."""
+    return np.stack(np.unravel_index(actions, tuple(choices)), axis=-1).astype(np.int64)
+
+
+def flat_masks(masks: BoolArray, choices: Sequence[int]) -> BoolArray:
+    """Legal actions (n, prod) of the flattened space, from those of each entry side by side (n, sum)."""
+    legal = np.ones((len(masks), 1), np.bool_)
+    for part in np.split(masks, np.cumsum(choices)[:-1], axis=1):
+        legal = (legal[:, :, np.newaxis] & part[:, np.newaxis]).reshape(len(masks), -1)
+    return legal

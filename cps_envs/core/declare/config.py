@@ -104,6 +104,17 @@ def validate(config: Any) -> None:
             _check_number(field, value)
 
 
+def check_count(name: str, value: Any) -> int:
+    """A whole number of something, at least 1.
+
+    Raises:
+        ConfigurationError: it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise ConfigurationError(f"{name} = {shown(value)} must be a whole number, at least 1")
+    return int(value)
+
+
 def is_list(field: dataclasses.Field[Any]) -> bool:
     """Whether a field takes a tuple of any length."""
     return not field.metadata["ranged"] and str(field.type).endswith(", ...]")

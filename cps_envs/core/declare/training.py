@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-NATIVE = "native"  # the adapter that every role has
+NATIVE = "native"  # the adapter that every role has, and the interface that is the game's own
+INTERFACE = ("adapter", "frame_skip", "recent_s", "rough_s")  # settings that say what an agent sees and does
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,7 @@ class Training:
     frame_skip: int = 1  # decisions of the role for which an agent holds its action
     recent_s: tuple[float, ...] = ()  # s, time constants of running averages of the observation, which are appended
     rough_s: float = 0.0  # s, time constant of a running average of the observation's changes; 0: none
-    run_s: float = 0.0  # s, mean time for which an untrained policy repeats a discrete action; 0: drawn anew each time
-    neutral_bias: float = 0.0  # added to the untrained logits of the neutral action
-    initial_deviation: float = 0.3  # of the untrained policy's continuous actions
+    shared_pay: bool = False  # whether each agent of a team is paid what the whole team is, and not its own part
     pay_power: float = 1.0  # below 1 learners are paid the increase of (1 + what was paid so far) to this power
     relative: bool = False  # learners are paid what they gain over the neutral action in the same, second episode
     practised: Mapping[str, Any] = field(default_factory=dict)  # fields that training episodes of preset learning have

@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cps_envs.core.declare.config import configure, parameter_table
@@ -67,7 +68,9 @@ class Problem:
     opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
     viewer: str = ""  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
     swarm: Mapping[Role, str] = field(default_factory=dict)  # role -> the adapter by which it is a team of agents
-    discrete: tuple[Role, ...] = ()  # roles with MultiDiscrete actions, which also come with Discrete ones
+    scaling: Path | None = None  # JSON with the scale of learners' inputs; None: measured by each process
+    cost: str = ""  # the metric that counts what safe learners keep within `cost_limit`; its increase is `info["cost"]`
+    cost_limit: float = 0.0  # of an episode
     namespace: str = "cps_envs"  # of the ids, and the package whose import registers them: one word, without dots
     unit: str = ""  # of what the attacker is paid, such as "m/s"
     work: Work | None = None  # what `cps-envs bench` counts beside steps
@@ -120,10 +123,6 @@ class Problem:
         """Gymnasium's id of a role, such as `cps_envs/HvacAttack-v0`."""
         side = {"attacker": "Attack", "defender": "Defense"}[role]
         return f"{self.namespace}/{self.name.capitalize()}{side}-v{self.version}"
-
-    def discrete_id(self, role: Role) -> str:
-        """Gymnasium's id of a role with Discrete actions, such as `cps_envs/RogueDefenseDiscrete-v0`."""
-        return self.env_id(role).replace("-v", "Discrete-v")
 
     def document(self, text: str, role: Role) -> str:
         """A docstring with the tables of the usual preset put in place of its placeholders."""

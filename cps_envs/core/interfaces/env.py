@@ -8,24 +8,27 @@ from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
 from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.info import episode_info
+from cps_envs.core.interfaces.info import Costs, episode_info
 from cps_envs.core.interfaces.masks import masks_of
-from cps_envs.core.interfaces.options import check_count, check_options
+from cps_envs.core.interfaces.options import check_options
+from cps_envs.core.learning.setting import decisions_of, rival_of, setting
+from cps_envs.core.learning.wiring import Scaling
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.policies.lookup import PolicyReference
-from cps_envs.core.types import SIGN, Array, BoolArray, Observation, Role, other
+from cps_envs.core.types import Array, BoolArray, Observation, Role, other
 
 
 class RoleEnv(gymnasium.Env[Observation, Any]):
     """Base of the single environments. A subclass names its problem and role, and its docstring documents them.
 
-    With `frame_skip=k` an action is held for k decisions, or until the episode ends. Nothing is observed in between.
-    The reward is the sum over these decisions.
+    `interface="learning"` is what learners meet, and the default in preset `learning`: actions through an adapter, each
+    held for a while, inputs scaled and averaged, a team as one agent. `interface="native"` has the game's own
+    observations and actions, and is the default elsewhere. With `frame_skip=k` an action is held for k decisions, or
+    until the episode ends; the reward is the sum over these. `flat=True` makes one number of all entries of an action.
     """
 
     problem: ClassVar[Problem]
@@ -41,25 +44,43 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         *,
         preset: str | None = None,
         opponent: PolicyReference | None = None,
+        interface: str | None = None,
+        flat: bool = False,
+        scaling: Scaling | None = None,
         render_mode: str | None = None,
-        frame_skip: int = 1,
-        **overrides: Any,
+        **options: Any,
     ) -> None:
+        """`options` are settings of the interface, such as `frame_skip` and `adapter`, and fields of the configuration.
+
+        `scaling` is mean and deviation of the inputs, as `env.observation_space.wiring` has them; by default those that
+        ship, or for another configuration measured once.
+
+        Raises:
+            ConfigurationError: an unknown preset, field or interface, or a value that cannot be right.
+            UnknownNameError: there is no such opponent or adapter.
+        """
         check_render_mode(render_mode)
-        self.frame_skip = check_count("frame_skip", frame_skip)
         self.render_mode = render_mode
-        self.config = self.problem.config(preset, overrides)
-        rival = other(self.role)
-        self.opponent = self.problem.opponent(preset, rival) if opponent is None else opponent
-        self._match = self.problem.match(self.config, 1, {rival: self.opponent})
+        found = setting(self.problem, self.role, preset, interface, options)
+        self.config, self.preset, self.overrides = found.config, found.preset, found.overrides
+        self.interface, self.opponent = found.interface, rival_of(found, opponent)
+        self._match = self.problem.match(self.config, 1, {other(self.role): self.opponent})
         self.game = self._match.game
-        self._interval = self.game.decision_interval[self.role]
+        self._side = found.side(self._match, joint=True, flat=flat, scaling=scaling)
+        self.frame_skip = self._side.frame_skip
         self._envs = np.ones(1, np.bool_)
         self._running = False
         self._renderer = Renderer(self.problem, self.game)
-        self.observation_space: spaces.Space[Any] = self.game.fields[self.role].space()
-        self.action_space = self.game.action_space[self.role]
+        self._costs = Costs(self.problem, self.game)
+        self.observation_space = self._side.observation_space
+        self.action_space = self._side.action_space
+        self.neutral_action = self._side.neutral_action
         self._reader = ActionReader(self.action_space)
+
+    @property
+    def decisions(self) -> int:
+        """How often an agent decides in an episode that the clock ends."""
+        return decisions_of(self._match, self.role, self.frame_skip)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -68,10 +89,12 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         check_options(options)
         super().reset(seed=seed)
         self._match.reset(self._envs, [self.np_random])
+        self._side.begin(self._envs)
+        self._costs.begin(self._envs)
         self._running = True
         if self.render_mode == "human":
             self._renderer.show()
-        return self.game.observe(self.role)[0], episode_info(self.game, self.role)
+        return self._side.observe()[0], episode_info(self.game, self._side, self._costs)
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advance by one decision of this role, or by `frame_skip` of them with the same action.
@@ -82,24 +105,23 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         """
         if not self._running:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
-        game, role = self.game, self.role
-        actions = {role: self._reader.single(action)}
-        payoff = self._match.hold(actions, self._envs, self._interval, self.frame_skip, game.horizon)
+        game = self.game
+        _, rewards = self._side.step(self._reader.single(action), self._envs, game.horizon)
         terminated = game.terminated.item(0) or game.elapsed.item(0) >= game.horizon
         self._running = not terminated
         if self.render_mode == "human":
             self._renderer.show()
-        observation, reward = game.observe(role)[0], SIGN[role] * payoff.item(0)
-        return observation, reward, terminated, False, episode_info(game, role)
+        observation = self._side.observe()[0]
+        return observation, rewards.item(0), terminated, False, episode_info(game, self._side, self._costs)
 
     @property
     def action_masks(self) -> Callable[[], BoolArray]:
         """A function that returns the legal actions (k,), in the form that sb3-contrib's MaskablePPO asks for.
 
         Raises:
-            AttributeError: this role has no masks. So `hasattr` tells whether it has any.
+            AttributeError: everything in the action space is legal. So `hasattr` tells whether there are masks.
         """
-        masks = masks_of(self.game, self.role)
+        masks = masks_of(self._side, self.game, self.role)
         return lambda: masks()[0]
 
     def render(self) -> Array | None:

@@ -11,9 +11,9 @@ from pettingzoo.utils.conversions import parallel_to_aec
 
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.env import RoleEnv
-from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv, RolesVectorEnv
 from cps_envs.core.interfaces.registration import class_name
-from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv, SwarmVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import Role
 
@@ -26,9 +26,9 @@ class Forms:
 
     attack: Classes  # ...AttackEnv, ...AttackVectorEnv
     defense: Classes  # ...DefenseEnv, ...DefenseVectorEnv
-    parallel_env: Callable[..., RolesParallelEnv]
+    parallel_env: Callable[..., RolesParallelEnv | RolesVectorEnv]
     env: Callable[..., AECEnv[Any, Any, Any]]
-    swarm_env: Callable[..., SwarmEnv]
+    swarm_env: Callable[..., SwarmEnv | SwarmVectorEnv]
 
 
 def declare(
@@ -52,24 +52,30 @@ def declare(
     pages = [page.replace("{story}", story).replace("{threats}", threats) for page in (attack, defense)]
     config = type(problem.presets[problem.usual_preset]).__name__
 
-    def parallel_env(**kwargs: Any) -> RolesParallelEnv:
+    def parallel_env(num_envs: int | None = None, **kwargs: Any) -> RolesParallelEnv | RolesVectorEnv:
+        if num_envs is not None:
+            return RolesVectorEnv(problem, num_envs, **kwargs)
         return RolesParallelEnv(problem, **kwargs)
 
     def env(**kwargs: Any) -> AECEnv[Any, Any, Any]:
         """`parallel_env` as a turn-based `pettingzoo.AECEnv`. The two moves of a step still count as simultaneous."""
-        return parallel_to_aec(parallel_env(**kwargs))
+        return parallel_to_aec(RolesParallelEnv(problem, **kwargs))
 
-    def swarm_env(role: Role = "defender", **kwargs: Any) -> SwarmEnv:
+    def swarm_env(role: Role = "defender", num_envs: int | None = None, **kwargs: Any) -> SwarmEnv | SwarmVectorEnv:
+        if num_envs is not None:
+            return SwarmVectorEnv(problem, role, num_envs, **kwargs)
         return SwarmEnv(problem, role, **kwargs)
 
     parallel_env.__doc__ = (
         f"Attacker and defender in a `pettingzoo.ParallelEnv`. They act {rhythm}.\n\n"
-        f"Arguments: `preset`, `adapters` (role -> what it is played through), `frame_skip`, `render_mode`, "
-        f"`max_cycles` (the most steps) and any field of `{config}`."
+        f"Arguments: `num_envs` (so many episodes at once; left out, one), `preset`, `interface`, `adapters` (role -> "
+        f"what it is played through), `frame_skip`, `flat`, `render_mode`, `max_cycles` (the most steps) and any field "
+        f"of `{config}`."
     )
     swarm_env.__doc__ = (
-        f"{swarm}\n\nArguments: `role`, `preset`, `opponent` (who plays the other role), `adapter` (through which the "
-        f"agents play), `frame_skip`, `render_mode`, `max_cycles` and any field of `{config}`."
+        f"{swarm}\n\nArguments: `role`, `num_envs` (so many episodes at once; left out, one), `preset`, `interface`, "
+        f"`opponent` (who plays the other role), `adapter` (through which the agents play), `shared_pay`, "
+        f"`frame_skip`, `flat`, `render_mode`, `max_cycles` and any field of `{config}`."
     )
     for function in (parallel_env, env, swarm_env):
         function.__module__, function.__qualname__ = module, function.__name__  # so that it can be pickled

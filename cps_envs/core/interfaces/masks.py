@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cps_envs.core.game.game import Game
+from cps_envs.core.learning.side import Side
 from cps_envs.core.types import BoolArray, Role
 
 
-def masks_of(game: Game, role: Role) -> Callable[[], BoolArray]:
-    """A function that returns the legal actions (B, k) of a role.
+def masks_of(side: Side, game: Game, role: Role) -> Callable[[], BoolArray]:
+    """A function that returns the legal actions of the rows (B x rows, k).
 
     Raises:
-        AttributeError: the role has no masks: everything in its action space is legal.
+        AttributeError: there are no masks: everything in the action space is legal.
     """
-    if game.action_mask(role) is None:
+    if not side.masked:
         raise AttributeError(f"the {role} of {game.name!r} has no action masks: all its actions are legal")
 
     def masks() -> BoolArray:
-        found = game.action_mask(role)
+        found = side.masks()
         assert found is not None
         return found
 

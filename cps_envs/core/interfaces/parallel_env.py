@@ -1,37 +1,36 @@
-"""Both roles of a game as a `pettingzoo.ParallelEnv`: a batch of one, stepped at the game's own rate."""
+"""Both roles of a game as agents: `pettingzoo.ParallelEnv`, or a batch of them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.agents_batch import both_of
 from cps_envs.core.interfaces.agents_env import AgentsEnv
-from cps_envs.core.types import ROLES, Role
+from cps_envs.core.interfaces.agents_vector_env import AgentsVectorEnv
+from cps_envs.core.types import Role
 
 
 class RolesParallelEnv(AgentsEnv):
     """Attacker and defender, both played from outside.
 
-    A step is one game step, or `frame_skip` of them. Some roles decide less often. Between their decisions the last
-    action holds, new ones are ignored, and the action mask allows only the neutral action. `adapters` names what the
-    roles are played through, such as `{"attacker": "effort", "defender": "vehicle"}`; a role that is left out is played
-    as it is. A team's agents are named after their role, such as `defender_vehicle_1`.
+    In the interface for learners, the default in preset `learning`, both are played through their usual adapters, a
+    team by all its agents, and a step lasts until the first of them decides again. In the native one a step is one game
+    step, or `frame_skip` of them; some roles decide less often, and between their decisions the last action holds and
+    the action mask allows only the neutral action. `adapters` names what the roles are played through, such as
+    `{"attacker": "effort", "defender": "vehicle"}`. A team's agents are named after their role, such as
+    `defender_vehicle_1`.
     """
 
+    def __init__(self, problem: Problem, *, adapters: Mapping[Role, str] | None = None, **options: Any) -> None:
+        super().__init__(problem, problem.name, both_of(adapters), **options)
+
+
+class RolesVectorEnv(AgentsVectorEnv):
+    """`RolesParallelEnv` for `num_envs` episodes at once."""
+
     def __init__(
-        self,
-        problem: Problem,
-        *,
-        preset: str | None = None,
-        adapters: Mapping[Role, str] | None = None,
-        render_mode: str | None = None,
-        max_cycles: int | None = None,
-        frame_skip: int = 1,
-        **overrides: Any,
+        self, problem: Problem, num_envs: int, *, adapters: Mapping[Role, str] | None = None, **options: Any
     ) -> None:
-        chosen = {role: (adapters or {}).get(role, NATIVE) for role in ROLES}
-        config = problem.config(preset, overrides)
-        options: dict[str, Any] = {"render_mode": render_mode, "max_cycles": max_cycles, "frame_skip": frame_skip}
-        super().__init__(problem, problem.name, chosen, {}, config, **options)
+        super().__init__(problem, problem.name, both_of(adapters), num_envs, **options)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import gymnasium
 import pettingzoo
-from gymnasium.envs.registration import WrapperSpec
 
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role
-
-DISCRETE = WrapperSpec("DiscreteActions", "cps_envs.core.interfaces.discrete:DiscreteActions", {})
 
 
 def class_name(problem: Problem, role: Role) -> str:
@@ -25,11 +22,7 @@ def register(problem: Problem, module: str) -> None:
             gymnasium.register(
                 id=env_id, entry_point=f"{module}:{name}Env", vector_entry_point=f"{module}:{name}VectorEnv"
             )
-        if role in problem.discrete and problem.discrete_id(role) not in gymnasium.registry:
-            gymnasium.register(
-                id=problem.discrete_id(role), entry_point=f"{module}:{name}Env", additional_wrappers=(DISCRETE,)
-            )
     both = f"{problem.namespace}/{problem.name}-v{problem.version}"  # PettingZoo reads "..._v0" as the same id
-    if both not in pettingzoo.parallel_registry:
+    if both not in getattr(pettingzoo, "parallel_registry", {both}):  # PettingZoo has had a registry since 1.27
         pettingzoo.register("parallel", both, entry_point=f"{module}:parallel_env")
         pettingzoo.register("aec", both, entry_point=f"{module}:env")

@@ -1,13 +1,14 @@
-"""One role as a team in a `pettingzoo.ParallelEnv`: one agent per vehicle, say, against a fixed opponent."""
+"""One role as a team of agents, one per vehicle, say, against a fixed opponent: one episode or a batch of them."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.agents_batch import team_of
 from cps_envs.core.interfaces.agents_env import AgentsEnv
-from cps_envs.core.policies.lookup import PolicyReference
-from cps_envs.core.types import Role, other
+from cps_envs.core.interfaces.agents_vector_env import AgentsVectorEnv
+from cps_envs.core.types import Role
 
 
 class SwarmEnv(AgentsEnv):
@@ -16,29 +17,26 @@ class SwarmEnv(AgentsEnv):
     `adapter` says what the agents are, see, and do; by default the one that `Problem.swarm` names.
     """
 
+    def __init__(self, problem: Problem, role: Role, *, adapter: str | None = None, **options: Any) -> None:
+        """Make it.
+
+        Raises:
+            TypeError: the role has no team.
+        """
+        self.role = role
+        super().__init__(problem, f"{problem.name}_swarm", team_of(problem, role, adapter), **options)
+
+
+class SwarmVectorEnv(AgentsVectorEnv):
+    """`SwarmEnv` for `num_envs` episodes at once."""
+
     def __init__(
-        self,
-        problem: Problem,
-        role: Role,
-        *,
-        preset: str | None = None,
-        opponent: PolicyReference | None = None,
-        adapter: str | None = None,
-        render_mode: str | None = None,
-        max_cycles: int | None = None,
-        frame_skip: int = 1,
-        **overrides: Any,
+        self, problem: Problem, role: Role, num_envs: int, *, adapter: str | None = None, **options: Any
     ) -> None:
         """Make it.
 
         Raises:
             TypeError: the role has no team.
         """
-        if adapter is None and role not in problem.swarm:
-            raise TypeError(f"the {role} of {problem.name!r} has no decentralised form")
-        config, rival = problem.config(preset, overrides), other(role)
         self.role = role
-        self.opponent = problem.opponent(preset, rival) if opponent is None else opponent
-        options: dict[str, Any] = {"render_mode": render_mode, "max_cycles": max_cycles, "frame_skip": frame_skip}
-        chosen: dict[Role, str] = {role: adapter or problem.swarm[role]}
-        super().__init__(problem, f"{problem.name}_swarm", chosen, {rival: self.opponent}, config, **options)
+        super().__init__(problem, f"{problem.name}_swarm", team_of(problem, role, adapter), num_envs, **options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -11,16 +11,17 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.compute.clock import mark_ends
-from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.actions import ActionReader
-from cps_envs.core.errors import shown
+from cps_envs.core.declare.config import check_count
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.info import batch_info
+from cps_envs.core.interfaces.info import Costs, batch_info
 from cps_envs.core.interfaces.masks import masks_of
-from cps_envs.core.interfaces.options import check_autoreset, check_count, check_options
+from cps_envs.core.interfaces.options import check_autoreset, check_mask, check_options, reseeded
+from cps_envs.core.learning.setting import Setting, decisions_of, rival_of, setting
+from cps_envs.core.learning.wiring import Scaling
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.policies.lookup import PolicyReference
-from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Generators, Observation, Role, other
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Observation, Role, other
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
@@ -28,13 +29,14 @@ Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
     """Base of the vector environments. Environment i of a batch seeded s equals the single environment seeded s + i.
 
-    With `frame_skip=k` an action is held for k decisions, or until the episode ends, as in `RoleEnv`. `num_threads`
-    threads step the environments side by side, with the same results. More threads pay off with hundreds of
-    environments.
+    Arguments are those of `RoleEnv`, with the same meaning. `num_threads` threads step the environments side by side,
+    with the same results; more threads pay off with hundreds of environments. With `per_agent=True` each agent of a
+    team is an environment of its own, paid for its own part: B episodes with A agents have B x A rows, all agents of an
+    episode side by side, for learners that share one network among agents.
     """
 
-    problem: ClassVar[Problem]
-    role: ClassVar[Role]
+    problem: Problem
+    role: Role
 
     def __init__(
         self,
@@ -42,44 +44,65 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         *,
         preset: str | None = None,
         opponent: PolicyReference | None = None,
+        interface: str | None = None,
+        per_agent: bool = False,
+        flat: bool = False,
+        scaling: Scaling | None = None,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        frame_skip: int = 1,
+        autoreset: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         num_threads: int = 1,
-        **overrides: Any,
+        **options: Any,
     ) -> None:
+        """`num_envs` episodes; `options` are settings of the interface and fields of the configuration.
+
+        Raises:
+            ConfigurationError: an unknown preset, field or interface, or a value that cannot be right.
+            UnknownNameError: there is no such opponent or adapter.
+        """
         check_render_mode(render_mode)
-        self.frame_skip = check_count("frame_skip", frame_skip)
-        self.num_envs, self.render_mode = check_count("num_envs", num_envs), render_mode
-        self.autoreset_mode = check_autoreset(autoreset_mode)
+        self.episodes, self.render_mode = check_count("num_envs", num_envs), render_mode
+        self.autoreset_mode = check_autoreset(autoreset)
         self.metadata = {
             "render_modes": RENDER_MODES,
             "render_fps": FRAMES_PER_SECOND,
             "autoreset_mode": self.autoreset_mode,
         }
-        self.config = self.problem.config(preset, overrides)
-        rival = other(self.role)
-        self.opponent = self.problem.opponent(preset, rival) if opponent is None else opponent
-        self._match = self.problem.match(self.config, num_envs, {rival: self.opponent})
+        found = self._setting(preset, interface, options)
+        self.config, self.preset, self.overrides = found.config, found.preset, found.overrides
+        self.interface, self.opponent = found.interface, rival_of(found, opponent)
+        self._match = self.problem.match(self.config, self.episodes, {other(self.role): self.opponent})
         self.game = self._match.game
         self.game.use_threads(check_count("num_threads", num_threads))
-        self._interval = self.game.decision_interval[self.role]
+        self._side = found.side(self._match, joint=not per_agent, flat=flat, scaling=scaling)
+        self.frame_skip, self.agents = self._side.frame_skip, self._side.rows
+        self.num_envs = self.episodes * self.agents
         self._limit = self.game.horizon
         if max_episode_steps is not None:
             steps = check_count("max_episode_steps", max_episode_steps)
-            self._limit = min(self._limit, steps * self._interval * self.frame_skip)
+            interval = self.game.decision_interval[self.role]
+            self._limit = min(self._limit, steps * interval * self.frame_skip)
         self._limits = (self.game.horizon, self._limit)
         self._generators: Generators = ()
-        self._everyone = np.ones(num_envs, np.bool_)  # never written to
-        self._nobody = np.zeros(num_envs, np.bool_)  # nor is this
+        self._everyone = np.ones(self.episodes, np.bool_)  # never written to
+        self._nobody = np.zeros(self.episodes, np.bool_)  # nor is this
         self._ended, self._any_ended = self._nobody, False
         self._renderer = Renderer(self.problem, self.game)
-        self.single_observation_space = self.game.fields[self.role].space()
-        self.single_action_space = self.game.action_space[self.role]
+        self._costs = Costs(self.problem, self.game)
+        self.single_observation_space = self._side.observation_space
+        self.single_action_space = self._side.action_space
+        self.neutral_action = self._side.neutral_action  # of a row
         self._reader = ActionReader(self.single_action_space)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+
+    def _setting(self, preset: str | None, interface: str | None, options: dict[str, Any]) -> Setting:
+        return setting(self.problem, self.role, preset, interface, options)
+
+    @property
+    def decisions(self) -> int:
+        """How often an agent decides in an episode that the clock ends."""
+        return decisions_of(self._match, self.role, self.frame_skip)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -93,10 +116,10 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self._restart(envs)
         if self.render_mode == "human":
             self._renderer.show()
-        return self.game.observe(self.role), batch_info(self.game, self.role, envs)
+        return self._side.observe(), batch_info(self._side, self._costs.add(self.game.metrics()), envs)
 
     def step(self, actions: Any) -> Step:
-        """Advance every environment by `frame_skip` decisions of this role. Reset ended ones by `autoreset_mode`.
+        """Advance every environment by `frame_skip` decisions of this role. Reset ended ones by `autoreset`.
 
         Raises:
             ResetNeeded: before the first reset, or for an ended environment when automatic resetting is disabled.
@@ -107,18 +130,31 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         live, game = self._everyone, self.game
         if self._any_ended:  # environments that NEXT_STEP resets instead of stepping
             live = ~self._ended
-            self._match.reset(self._ended, self._generators)
-        payoff = self._match.hold({self.role: checked}, live, self._interval, self.frame_skip, self._limit)
-        terminated, truncated = np.empty(self.num_envs, np.bool_), np.empty(self.num_envs, np.bool_)
+            self._begin(self._ended)
+        rewards = self._advance(checked, live)
+        terminated, truncated = np.empty(self.episodes, np.bool_), np.empty(self.episodes, np.bool_)
         self._any_ended = mark_ends(game.terminated, game.elapsed, self._limits, live, terminated, truncated) > 0
         self._ended = terminated | truncated if self._any_ended else self._nobody
-        again = self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP
-        final = self._restart_ended() if again else {}
+        metrics = self._costs.add(game.metrics())
+        final: dict[str, Any] = {}
+        if self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
+            final = self._final(metrics)
+            self._restart(self._ended)
+            metrics = {**metrics, **game.metrics()}  # of the new episodes, and what the step has cost
         if self.render_mode == "human":
             self._renderer.show()
-        info = batch_info(game, self.role)
+        info = batch_info(self._side, metrics)
         info.update(final)
-        return game.observe(self.role), SIGN[self.role] * payoff, terminated, truncated, info
+        ends = (terminated, truncated) if self.agents == 1 else (self._by_row(terminated), self._by_row(truncated))
+        return self._side.observe(), rewards, *ends, info
+
+    def _advance(self, actions: Array, live: BoolArray) -> FloatArray:
+        """Hold actions (num_envs, ...) in the marked episodes; the rewards (num_envs,)."""
+        return self._side.step(actions, live, self._limit)[1]
+
+    def _by_row(self, values: Array) -> Array:
+        """What holds for episodes (B, ...) for each of their rows."""
+        return np.repeat(values, self.agents, axis=0)
 
     @property
     def action_masks(self) -> Callable[[], BoolArray]:
@@ -127,12 +163,12 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         Raises:
             AttributeError: this role has no masks. So `hasattr` tells whether it has any.
         """
-        return masks_of(self.game, self.role)
+        return masks_of(self._side, self.game, self.role)
 
     def render(self) -> tuple[Array, ...] | None:
         """One frame per environment in mode `rgb_array`; in mode `human` the first environment is shown."""
         if self.render_mode == "rgb_array":
-            return tuple(self._renderer.frame(b) for b in range(self.num_envs))
+            return tuple(self._renderer.frame(row // self.agents) for row in range(self.num_envs))
         self._renderer.render(self.render_mode)
         return None
 
@@ -149,64 +185,42 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
                 f'environments {ended} have ended: call reset(options={{"reset_mask": mask}}) for them first'
             )
 
-    def _restart(self, envs: BoolArray) -> None:
+    def _begin(self, envs: BoolArray) -> None:
+        """Start episodes in the marked environments."""
         self._match.reset(envs, self._generators)
+        self._side.begin(envs)
+        self._costs.begin(envs)
+
+    def _restart(self, envs: BoolArray) -> None:
+        self._begin(envs)
         self._ended = self._ended & ~envs
         self._any_ended = bool(self._ended.any())
 
-    def _restart_ended(self) -> dict[str, Any]:
-        """Reset environments that have just ended; their last observation and info as Gymnasium's `final_*` entries."""
-        ended = self._ended
-        last = self.game.observe(self.role)
+    def _final(self, metrics: dict[str, Array]) -> dict[str, Any]:
+        """The last observation and info of environments that have just ended, as Gymnasium's `final_*` entries."""
+        ended = self._by_row(self._ended)
+        last = self._side.observe()
         final_obs = np.full(self.num_envs, None, dtype=object)
-        for b in np.flatnonzero(ended):
-            final_obs[b] = last[b]
-        final_info = batch_info(self.game, self.role, ended)
-        self._restart(ended)
+        for row in np.flatnonzero(ended):
+            final_obs[row] = last[row]
         return {
             "final_obs": final_obs,
-            "_final_obs": ended.copy(),
-            "final_info": final_info,
+            "_final_obs": ended,
+            "final_info": batch_info(self._side, metrics, self._ended),
             "_final_info": ended.copy(),
         }
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
-        everything = self._everyone
         check_options(options)
         mask = (options or {}).get("reset_mask")
         if mask is None:
-            return everything
-        if not isinstance(mask, np.ndarray) or mask.shape != everything.shape or mask.dtype != np.bool_:
-            raise ValueError(f'options["reset_mask"] must be a boolean numpy array of shape ({self.num_envs},)')
-        if not mask.any():
-            raise ValueError('options["reset_mask"] marks no environment')
-        if not self._generators and not mask.all():
-            raise ResetNeeded("the first reset() has to start every environment: leave out the reset_mask")
-        return mask
+            return self._everyone
+        if self.agents > 1 and isinstance(mask, np.ndarray) and mask.shape == (self.num_envs,):
+            whole = mask.reshape(self.episodes, self.agents)
+            if (whole.any(axis=1) != whole.all(axis=1)).any():
+                raise ValueError(f'options["reset_mask"] must mark all {self.agents} rows of an episode, or none')
+            mask = whole[:, 0].copy()
+        return check_mask(mask, self.episodes, begun=bool(self._generators))
 
     def _seed(self, seed: int | Sequence[int | None] | None, envs: BoolArray) -> None:
-        seeds = self._seeds_of(seed)
-        first = not self._generators
-        wanted = [b for b in np.flatnonzero(envs).tolist() if first or seeds[b] is not None]
-        if not wanted:
-            return
-        made: Generators = seeded([seeds[b] for b in wanted])  # all of them, or an error and none
-        if len(wanted) < self.num_envs:
-            new = dict(zip(wanted, made, strict=True))
-            made = [new.get(b) or self._generators[b] for b in range(self.num_envs)]
-        self._generators = made
-
-    def _seeds_of(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
-        """A seed for each environment, or None."""
-        if seed is None:
-            return [None] * self.num_envs
-        if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
-            return [int(seed) + i for i in range(self.num_envs)]
-        if not isinstance(seed, (list, tuple, np.ndarray)):
-            raise ValueError(f"seed = {shown(seed)} must be a whole number, one for each environment, or None")
-        if len(seed) != self.num_envs:
-            raise ValueError(f"one seed per environment is needed: {self.num_envs} environments, {len(seed)} seeds")
-        for each in seed:
-            if each is not None and (isinstance(each, (bool, np.bool_)) or not isinstance(each, (int, np.integer))):
-                raise ValueError(f"seed = {shown(seed)}: {shown(each)} is no whole number, and not None")
-        return [None if each is None else int(each) for each in seed]
+        self._generators = reseeded(self._generators, seed, envs)

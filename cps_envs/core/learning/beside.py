@@ -7,7 +7,7 @@ from copy import deepcopy
 import numpy as np
 
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.outside import Outside
+from cps_envs.core.learning.outside import Outside
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.policies.state import put
 from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Role, State, other
@@ -35,10 +35,14 @@ class Beside:
         fresh = put(tuple(map(np.copy, self._state)), rows, self._outside.adapter.begin(len(rows)), len(envs))
         self._state = self._state if fresh is None else fresh
 
-    def step(self, live: BoolArray) -> FloatArray:
-        """One decision of the role in the marked episodes (B,); the agents' rewards (B, A)."""
-        live = live & ~self._game.terminated & (self._game.elapsed < self._game.horizon)
-        action, self._state = self._outside.act(self._outside.seen(), self._state, self._actions)
-        payoff = self._match.step({self._outside.role: action}, live, self._interval)
-        rewards: FloatArray = np.where(live[:, np.newaxis], self._outside.rewards(payoff), 0.0)
+    def step(self, envs: BoolArray, times: int) -> FloatArray:
+        """So many decisions of the role in the marked episodes (B,), or to their ends; the agents' rewards (B, A)."""
+        rewards: FloatArray = np.zeros(self._actions.shape[:2])
+        for _ in range(times):
+            live = envs & ~self._game.terminated & (self._game.elapsed < self._game.horizon)
+            if not live.any():
+                break
+            action, self._state = self._outside.act(self._outside.seen(), self._state, self._actions)
+            payoff = self._match.step({self._outside.role: action}, live, self._interval)
+            rewards += np.where(live[:, np.newaxis], self._outside.rewards(payoff), 0.0)
         return rewards

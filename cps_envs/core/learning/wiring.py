@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.compute.kernels import kernel
-from cps_envs.core.declare.actions import choices_of
+from cps_envs.core.declare.actions import choices_of, flat_masks, flattened, unflattened
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.learning.untrained import Untrained
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.policies.state import put
@@ -43,7 +42,10 @@ class Wiring:
     recent_s: tuple[float, ...] = ()  # s, time constants of the running averages
     rough_s: float = 0.0  # s, time constant of the running average of the changes; 0: none
     masked: bool = False  # whether the last inputs say what is legal
-    mean: tuple[float, ...] = ()  # of the scaled inputs; empty: they are not scaled
+    joint: bool = False  # whether one row holds all agents of a team side by side, and one action what all of them do
+    flat: bool = False  # whether one number stands for all entries of a discrete action
+    plain: bool = False  # whether a row holds nothing but what the adapter shows, unscaled
+    mean: tuple[float, ...] = ()  # of the scaled inputs of an agent; empty: they are not scaled
     deviation: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
@@ -54,7 +56,9 @@ class Wiring:
         """
         if self.frame_skip < 1:
             raise ConfigurationError(f"frame_skip = {self.frame_skip} must be at least 1")
-        if any(not 0 < time_s < np.inf for time_s in self.recent_s) or not 0 <= self.rough_s < np.inf:
+        times = (*self.recent_s, self.rough_s) if isinstance(self.recent_s, tuple) else ("",)
+        numbers = all(isinstance(time_s, (int, float)) and np.isfinite(time_s) for time_s in times)
+        if not numbers or min(self.recent_s, default=1) <= 0 or self.rough_s < 0:
             raise ConfigurationError(
                 f"recent_s = {self.recent_s} and rough_s = {self.rough_s} must be times in seconds"
             )
@@ -68,15 +72,15 @@ class WiredBox(spaces.Box):
     Whoever saves the observation space with a model, as stable-baselines3 does, saves with it how to play the model.
     """
 
-    def __init__(self, columns: Columns, wiring: Wiring, untrained: Untrained) -> None:
-        super().__init__(-CLIP, CLIP, (columns.size,), np.float32)
-        self.columns, self.wiring, self.untrained = columns, wiring, untrained
-        self.acting: BoolArray | None = None  # (rows,) whose last action had an effect, where environments note it
+    def __init__(self, columns: Columns, wiring: Wiring, agents: int, *, local: bool = False) -> None:
+        """`agents` share a row; `local` ones see by sensors of their own."""
+        super().__init__(-CLIP, CLIP, (agents * columns.size,), np.float32)
+        self.columns, self.wiring, self.agents, self.local = columns, wiring, agents, local
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Where the parts of a row of inputs lie."""
+    """Where the parts of an agent's inputs lie."""
 
     scaled: int  # how many inputs are scaled, from the first on
     last_action: int  # how many say what the agent did last, after them
@@ -109,16 +113,32 @@ class Wired:
         parts = 1 + len(wiring.recent_s) + bool(wiring.rough_s)
         self.choices = choices_of(adapter.action_space)
         shape = adapter.action_space.shape or ()
-        mask = sum(self.choices) if wiring.masked and self.choices else 0
-        self.columns = Columns(parts * adapter.fields.size, sum(self.choices) or int(np.prod(shape)), mask)
+        mask = sum(self.choices) if wiring.masked and self.choices and not wiring.plain else 0
+        last = 0 if wiring.plain else sum(self.choices) or int(np.prod(shape))
+        self.columns = Columns(parts * adapter.fields.size, last, mask)
         if wiring.mean and len(wiring.mean) != self.columns.scaled:
             raise ConfigurationError(
                 f"the network was trained with {len(wiring.mean)} scaled inputs, and {wiring.adapter!r} gives "
                 f"{self.columns.scaled} here: it was trained in another configuration"
             )
+        self.together = len(adapter.agents) if wiring.joint else 1  # agents that share a row
+        self.rows = len(adapter.agents) // self.together  # of an episode
+        self.action_space = action_space_of(adapter.action_space, self.together, flat=wiring.flat)
         self._neutral = np.asarray(adapter.neutral_action)
         self._mean = np.array(wiring.mean or (0.0,), np.float32)
         self._scale = 1 / np.array(wiring.deviation or (1.0,), np.float32)
+
+    def space(self) -> WiredBox:
+        """The rows."""
+        return WiredBox(self.columns, self.wiring, self.together, local=self.adapter.local)
+
+    @property
+    def neutral_action(self) -> Array:
+        """The action of a row that is as good as none, of the shape of `action_space`."""
+        entries = np.tile(np.ravel(self._neutral), self.together)
+        if self.wiring.flat:
+            return np.asarray(np.ravel_multi_index(tuple(entries), self.choices * self.together))
+        return entries.reshape(self.action_space.shape or ())
 
     def begin(self, num_envs: int) -> State:
         """The state at the start of episodes."""
@@ -136,8 +156,10 @@ class Wired:
         assert fresh is not None
         return fresh
 
-    def due(self, state: State) -> BoolArray:
+    def due(self, seen: Seen, state: State) -> BoolArray:
         """The environments (B,) in which the agents decide now."""
+        if self.adapter.waits:
+            return self.adapter.due(seen, state[OWN:])
         marks: BoolArray = state[4] % self.wiring.frame_skip == 0
         return marks
 
@@ -157,6 +179,8 @@ class Wired:
     def inputs(self, seen: Seen, state: State) -> Observation:
         """The rows (B, A, columns.size) that a network gets."""
         row, averages, rough, kept, age, *own = state
+        if self.wiring.plain:
+            return row.copy()
         envs, agents = row.shape[:2]
         parts = [row, averages.reshape(envs, agents, -1)]
         if self._rough:
@@ -168,6 +192,26 @@ class Wired:
             mask = self.adapter.masks(seen, tuple(own))
             columns.append(np.ones((envs, agents, self.columns.mask)) if mask is None else mask)
         return np.concatenate(columns, axis=2, dtype=np.float32)
+
+    def row_actions(self, actions: Array) -> Array:
+        """The agents' actions (B, A, ...) from those of the rows (B x rows, ...), which are in `action_space`."""
+        if self.wiring.flat:
+            actions = unflattened(actions, self.choices * self.together)
+        return actions.reshape(-1, len(self.adapter.agents), *(self.adapter.action_space.shape or ()))
+
+    def row_masks(self, seen: Seen, state: State) -> BoolArray | None:
+        """Legal actions of the rows (B x rows, k); None where all are legal."""
+        masks = self.adapter.masks(seen, state[OWN:]) if self.wiring.masked else None
+        return None if masks is None else self._shared_masks(masks)
+
+    def legal(self, rows: Observation) -> BoolArray:
+        """The same from the agents' inputs (B, A, columns), which tell it at their end where the wiring is masked."""
+        return self._shared_masks(rows[:, :, -self.columns.mask :] > 0)
+
+    def _shared_masks(self, masks: BoolArray) -> BoolArray:
+        """The agents' masks (B, A, k) by rows."""
+        shared = masks.reshape(len(masks) * self.rows, -1)
+        return flat_masks(shared, self.choices * self.together) if self.wiring.flat else shared
 
     def active(self, seen: Seen, state: State) -> BoolArray:
         """The agents (B, A) whose action has an effect now."""
@@ -181,7 +225,7 @@ class Wired:
         row, averages, rough, kept, age, *own = state
         ones = (1,) * (kept.ndim - 2)
         chosen = np.where(self.active(seen, state).reshape(*kept.shape[:2], *ones), actions, self._neutral)
-        return row, averages, rough, np.where(self.due(state).reshape(-1, 1, *ones), chosen, kept), age, *own
+        return row, averages, rough, np.where(self.due(seen, state).reshape(-1, 1, *ones), chosen, kept), age, *own
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The role's action (B, ...) that follows from the kept ones, and the next state."""
@@ -210,7 +254,15 @@ def encode(actions: Array, choices: Sequence[int]) -> Observation:
     return np.concatenate(parts, axis=2).astype(np.float32)
 
 
-def scaling_of(rows: FloatArray | Observation) -> Scaling:
-    """Mean and deviation of the inputs in rows (k, n), as a wiring has them."""
-    spread = np.maximum(rows.std(axis=0), LEAST_DEVIATION)
-    return tuple(rows.mean(axis=0).tolist()), tuple(spread.tolist())
+def action_space_of(space: spaces.Space[Any], together: int, *, flat: bool) -> spaces.Space[Any]:
+    """The actions of a row in which so many agents act together, each in `space`.
+
+    Raises:
+        ConfigurationError: `flat` asks for too many actions, or for one number where actions are continuous.
+    """
+    choices = choices_of(space)
+    if together > 1 and choices:
+        space = spaces.MultiDiscrete(list(choices * together))
+    elif together > 1:
+        space = spaces.Box(-1.0, 1.0, (together * int(np.prod(space.shape or ())),), np.float32)
+    return flattened(space) if flat else space

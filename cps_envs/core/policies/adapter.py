@@ -57,6 +57,7 @@ class Adapter(ABC):
     neutral_action: Array  # of one agent, of the action space's shape; as good as an action without a thought gets
     masked: bool = False  # whether it hands on which actions are legal, where the role has masks
     pauses: bool = False  # whether an agent that is not active is active again later in the episode
+    waits: bool = False  # whether a step ends as soon as something is to be decided again, see `due`
     local: bool = False  # whether it needs `seen.team`, the own sensors of the role's team, see `core.policies.team`
 
     def __init__(self, spec: RoleSpec) -> None:
@@ -73,6 +74,10 @@ class Adapter(ABC):
     def active(self, seen: Seen, state: State) -> BoolArray:
         """The agents (B, A) that are there, and whose action has an effect now; by default all."""
         return np.ones((len(seen), len(self.agents)), np.bool_)
+
+    def due(self, seen: Seen, state: State) -> BoolArray:
+        """The episodes (B,) in which the agents decide; in others the interface goes on without asking them."""
+        return np.ones(len(seen), np.bool_)
 
     def masks(self, seen: Seen, state: State) -> BoolArray | None:
         """Legal actions (B, A, k), of a MultiDiscrete space flattened; None where all are legal."""

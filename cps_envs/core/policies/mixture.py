@@ -52,6 +52,7 @@ class Mixture(AnalyticPolicy):
         self.policies: tuple[Policy, ...] = tuple(resolve_policy(reference, spec) for reference in policies)
         self.probabilities = shares / shares.sum()
         self._known: tuple[bytes, Places] | None = None  # what was drawn last
+        self._kept: Kept | None = None  # what `act` returned last
         self._bounds = self.probabilities.cumsum() / self.probabilities.cumsum()[-1]
         self.privileged = frozenset().union(*(getattr(policy, "privileged", ()) for policy in self.policies))
         self.masked = any(map(takes_masks, self.policies))
@@ -81,18 +82,28 @@ class Mixture(AnalyticPolicy):
         drawn, rows, blocks = state
         places = self._places_of(drawn)
         alone = len(places.shares) == 1
+        states = self._states(places, rows, blocks)
         if not alone:
-            seen, rows, blocks = seen.part(places.order), rows[places.order], blocks[places.order]
+            seen = seen.part(places.order)
         own_blocks = np.empty_like(blocks)
         neutral = self.spec.neutral_action
         actions = np.empty((len(seen), *neutral.shape), neutral.dtype)
-        for policy, part in places.shares:
-            own = _gather(rows[part], blocks[part])
-            actions[part], own = ask(policy, seen if alone else seen.part(part), own)
+        for index, (policy, part) in enumerate(places.shares):
+            actions[part], own = ask(policy, seen if alone else seen.part(part), states[index])
+            states[index] = own
             own_blocks[part] = StateBlock(part.stop - part.start, own)
-        if alone:
-            return actions, (drawn, places.rows.copy(), own_blocks)
-        return actions[places.back], (drawn, places.rows[places.back], own_blocks[places.back])
+        if not alone:
+            actions, own_blocks = actions[places.back], own_blocks[places.back]
+        self._kept = Kept(places, own_blocks.tolist(), states)
+        return actions, (drawn, places.rows_back.copy(), own_blocks)
+
+    def _states(self, places: Places, rows: Array, blocks: Array) -> list[State | None]:
+        """The state of each policy with a share, gathered anew only where it is not as `act` returned it last."""
+        kept = self._kept
+        if kept and kept.places is places and kept.blocks == blocks.tolist() and (rows == places.rows_back).all():
+            return list(kept.states)
+        rows, blocks = rows[places.order], blocks[places.order]
+        return [_gather(rows[part], blocks[part]) for _, part in places.shares]
 
     def _places_of(self, drawn: Array) -> Places:
         """Where the environments of each policy lie; found anew only when others are drawn."""
@@ -105,7 +116,8 @@ class Mixture(AnalyticPolicy):
             shares = [(policy, slice(start, end)) for policy, start, end in parts if end > start]
             back = np.empty_like(order)
             back[order] = places
-            self._known = key, Places(order, back, places - (ends - counts).repeat(counts), shares)
+            rows = (places - (ends - counts).repeat(counts))[back]
+            self._known = key, Places(order, back, rows, shares)
         return self._known[1]
 
 
@@ -114,8 +126,16 @@ class Places(NamedTuple):
 
     order: IntArray  # (B,) the environments, those of one policy after those of another
     back: IntArray  # (B,) where each environment comes in this order
-    rows: IntArray  # (B,) in this order, which of its policy's environments each is
+    rows_back: IntArray  # (B,) which of its policy's environments each environment is
     shares: list[tuple[Policy, slice]]  # the part of this order that each policy plays, if any
+
+
+class Kept(NamedTuple):
+    """What a mixture returned last, so that it need not be gathered from what is handed back."""
+
+    places: Places
+    blocks: list[StateBlock]  # of each environment
+    states: list[State | None]  # of each policy with a share
 
 
 @kernel

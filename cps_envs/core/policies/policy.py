@@ -94,6 +94,8 @@ def begins(policy: Policy) -> bool:
 
 def ask(policy: Policy, seen: Seen, state: State | None) -> tuple[Array, State | None]:
     """What another policy plays where a policy sees `seen`, and that policy's new state."""
+    if isinstance(policy, AnalyticPolicy) and policy.sees(seen):
+        return policy.answer(seen, state)
     extras: dict[str, Array] = {}
     if seen.masks is not None and takes_masks(policy):
         extras["action_masks"] = seen.masks
@@ -156,9 +158,19 @@ class AnalyticPolicy(ABC):
         Raises:
             TypeError: a privileged policy is asked without `begin`.
         """
-        if state is None and begins(self):
-            state = self._begin_alone(len(observation))
         seen = Seen(self.spec.fields, observation, episode_start, deterministic, action_masks, team_observation)
+        return self.answer(seen, state)
+
+    def sees(self, seen: Seen) -> bool:
+        """Whether `seen` is as `predict` would make it: in these fields, and with nothing that is not asked for."""
+        extra = (seen.masks is not None and not self.masked) or (seen.team is not None and not self.decentralised)
+        return seen.fields is self.spec.fields and not extra
+
+    @final
+    def answer(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
+        """What `predict` returns, for what is decoded already."""
+        if state is None and begins(self):
+            state = self._begin_alone(len(seen))
         return self.act(seen, state)
 
     def _begin_alone(self, num_envs: int) -> State | None:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:  # fields bring the compiler of kernels along
 class Seen:
     """The observations of B environments; `seen["speed"]` is that field in its unit, (B, *field.shape).
 
-    A field is decoded when it is first asked for. `len(seen)` is B and `"speed" in seen` tells whether the field is
-    there; one that the configuration leaves out has the shape (0,) and does not count.
+    A field is decoded when it is first asked for, and at once for all slices of the same whole. `len(seen)` is B and
+    `"speed" in seen` tells whether the field is there; one that the configuration leaves out has the shape (0,) and
+    does not count.
     """
 
     def __init__(
@@ -35,11 +36,18 @@ class Seen:
         self.masks = masks  # (B, k) legal actions; None where all are legal, or the policy does not ask for them
         self.team = team  # (B, A, m) what each agent of the role's team sees; None where the policy does not ask for it
         self._decoded: dict[str, FloatArray] = {}
+        self._whole: tuple[Seen, slice] | None = None  # that of which this is a slice
 
     def __getitem__(self, name: str) -> FloatArray:
-        if name not in self._decoded:
-            self._decoded[name] = self.fields.decode_field(name, self.observation)
-        return self._decoded[name]
+        found = self._decoded.get(name)
+        if found is None:
+            if self._whole is None:
+                found = self.fields.decode_field(name, self.observation)
+            else:
+                whole, mine = self._whole
+                found = whole[name][mine]
+            self._decoded[name] = found
+        return found
 
     def __contains__(self, name: object) -> bool:
         part = self.fields.slices.get(str(name))
@@ -52,4 +60,7 @@ class Seen:
         """What some of the environments show: a slice of them, their indices (k,), or those that are marked (B,)."""
         masks = None if self.masks is None else self.masks[envs]
         team = None if self.team is None else self.team[envs]
-        return Seen(self.fields, self.observation[envs], self.start[envs], self.deterministic, masks, team)
+        part = Seen(self.fields, self.observation[envs], self.start[envs], self.deterministic, masks, team)
+        if isinstance(envs, slice):
+            part._whole = self, envs
+        return part

@@ -12,11 +12,14 @@ import pytest
 from cps_envs.core import conformance
 from cps_envs.core.conformance import (
     CHECKS,
+    LEARNING_CHECKS,
     Refinement,
     Subject,
     check_environment,
     check_problem,
     check_refinement,
+    check_rows,
+    check_seeding,
     find_subject,
     refine,
     run_check,
@@ -24,18 +27,23 @@ from cps_envs.core.conformance import (
 from cps_envs.core.game.game import Game
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.types import ROLES
+from tests.core import mutants_learning
+from tests.core.learned_toy import LEARNED, LearnedDefenseEnv
 from tests.core.mutants import of
 from tests.core.mutants_travel import MUTANTS
 from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyDefenseEnv, ToyGame
 
 SLOW = ("check_subprocess", "check_stable_baselines3")
 QUICK = [check for check in CHECKS if check.__name__ not in SLOW]
+QUICK_LEARNING = [check for check in LEARNING_CHECKS if check.__name__ not in SLOW]
 CASES = [(name, i) for name, makers in MUTANTS.items() for i in range(len(makers))]
+LEARNING_CASES = [(name, i) for name, makers in mutants_learning.MUTANTS.items() for i in range(len(makers))]
 IDLE = {"attacker": "cps_envs.core.policies.policy:Idle", "defender": "cps_envs.core.policies.policy:Idle"}
 
 
 def test_every_check_has_a_mutant() -> None:
     assert set(MUTANTS) == {check.__name__ for check in CHECKS}
+    assert {*MUTANTS, *mutants_learning.MUTANTS} >= {check.__name__ for check in LEARNING_CHECKS}
 
 
 @pytest.mark.parametrize(("name", "number"), CASES)
@@ -46,11 +54,33 @@ def test_check_finds_mutant(name: str, number: int) -> None:
         getattr(conformance, name)(MUTANTS[name][number]())
 
 
+@pytest.mark.parametrize(("name", "number"), LEARNING_CASES)
+def test_check_finds_mutant_of_the_interface_for_learners(name: str, number: int) -> None:
+    with pytest.raises(AssertionError):
+        getattr(conformance, name)(mutants_learning.MUTANTS[name][number]())
+
+
+def test_the_interface_for_learners_conforms() -> None:
+    outcomes = check_problem(LEARNED, presets=["learning"], checks=(), learning_checks=QUICK_LEARNING)
+    assert len(outcomes) == len(QUICK_LEARNING) * len(ROLES)
+    skipped = {(outcome.check, "Attack" in outcome.subject) for outcome in outcomes if outcome.status == "skipped"}
+    assert skipped == {("check_swarm", True), ("check_rows", True), ("check_flat", False)}
+
+
+@pytest.mark.parametrize(("interface", "expected"), [(None, 3), ("native", 1), ("learning", 2)])
+def test_both_interfaces_are_checked_unless_one_is_named(interface: str | None, expected: int) -> None:
+    options = {} if interface is None else {"interface": interface}
+    checks = {"checks": [check_seeding], "learning_checks": [check_seeding, check_rows]}
+    outcomes = check_environment(LearnedDefenseEnv, preset="learning", **checks, **options)  # type: ignore[arg-type]
+    assert len(outcomes) == expected
+    assert len(check_environment(LearnedDefenseEnv, preset="paper", **checks)) == 1  # type: ignore[arg-type]
+
+
 def test_toy_problem_conforms_in_every_preset() -> None:
     outcomes = check_problem(TOY, checks=QUICK)
     assert len(outcomes) == len(QUICK) * len(TOY.presets) * len(ROLES)
     skipped = {(outcome.check, "Attack" in outcome.subject) for outcome in outcomes if outcome.status == "skipped"}
-    assert skipped == {("check_swarm", True), ("check_live_swarm", True)}
+    assert skipped == {("check_swarm", True), ("check_live_swarm", True), ("check_flat", False)}
 
 
 def test_toy_passes_the_slow_checks_once() -> None:

@@ -49,7 +49,7 @@ def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
     with pytest.raises(ValueError, match="3 environments, 2 seeds"):
         ToyAttackVectorEnv(3).reset(seed=[1, 2])
     with pytest.raises(ValueError, match="Sometimes"):
-        ToyAttackVectorEnv(1, autoreset_mode="Sometimes")
+        ToyAttackVectorEnv(1, autoreset="Sometimes")
     with pytest.raises(UnknownNameError, match="toy has no defender policy 'nobody'"):
         ToyAttackEnv(opponent="nobody")
 
@@ -58,7 +58,9 @@ def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
     "kwargs",
     [{"preset": preset} for preset in ([], [1], 3)]
     + [{"num_threads": count} for count in (None, 1.5, True, "two")]
-    + [{"autoreset_mode": mode} for mode in (None, [1], 7, "none")],
+    + [{"autoreset": mode} for mode in (None, [1], 7, "none")]
+    + [{"interface": name} for name in (3, ["native"], "natve")]
+    + [{"frame_skip": count} for count in (0, 1.5, True, "2")],
     ids=str,
 )
 def test_arguments_of_another_type_are_named(kwargs: dict[str, Any]) -> None:
@@ -119,7 +121,7 @@ def test_opponents_by_preset_name_and_object() -> None:
 
 
 def test_a_batch_steps_only_when_all_environments_run() -> None:
-    batch = ToyAttackVectorEnv(2, autoreset_mode=AutoresetMode.DISABLED)
+    batch = ToyAttackVectorEnv(2, autoreset=AutoresetMode.DISABLED)
     with pytest.raises(ResetNeeded, match="reset"):
         batch.step([0, 0])
     with pytest.raises(ResetNeeded, match="first reset"):

@@ -43,7 +43,7 @@ def test_nothing_is_observed_while_an_action_is_held(monkeypatch: pytest.MonkeyP
 
 
 def test_environments_in_a_batch_are_held_each_to_its_own_end() -> None:
-    env = ToyDefenseVectorEnv(2, frame_skip=5, autoreset_mode=AutoresetMode.DISABLED, **QUIET)
+    env = ToyDefenseVectorEnv(2, frame_skip=5, autoreset=AutoresetMode.DISABLED, **QUIET)
     env.reset(seed=0)
     env.step(np.zeros((2, 2)))
     env.reset(options={"reset_mask": np.array([True, False])})

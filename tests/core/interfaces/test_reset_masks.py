@@ -41,7 +41,7 @@ def test_a_batch_is_one_environment_unless_told_otherwise() -> None:
 
 
 def test_every_ended_environment_has_to_be_reset() -> None:
-    envs = ToyAttackVectorEnv(3, autoreset_mode=AutoresetMode.DISABLED, duration_s=3.0)
+    envs = ToyAttackVectorEnv(3, autoreset=AutoresetMode.DISABLED, duration_s=3.0)
     envs.reset(seed=0)
     nothing, ended = np.zeros(3, np.int64), np.zeros(3, np.bool_)
     while not ended.all():
@@ -57,7 +57,7 @@ def test_every_ended_environment_has_to_be_reset() -> None:
 
 
 def test_an_ended_environment_starts_again_in_the_same_step() -> None:
-    envs = ToyAttackVectorEnv(2, autoreset_mode=AutoresetMode.SAME_STEP, duration_s=3.0)
+    envs = ToyAttackVectorEnv(2, autoreset=AutoresetMode.SAME_STEP, duration_s=3.0)
     envs.reset(seed=0)
     ended, info = np.zeros(2, np.bool_), {}
     while not ended.any():

@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 import cps_envs
 from cps_envs.core.declare.seeds import TRAINING_START, training_seed
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import Role
 from cps_envs.rogue.problem import ROGUE
 from tests.core.toy import TOY, ToyAttackVectorEnv, ToyDefenseVectorEnv
@@ -51,12 +51,11 @@ def test_there_is_a_row_for_each_agent_of_each_episode() -> None:
 
 
 def test_agents_are_paid_their_parts_of_the_role_s_reward() -> None:
-    envs = defense(5)
+    envs = defense(5, frame_skip=2)  # decisions so few that starts are not staggered
     envs.reset(seed=1)
-    together = ToyDefenseVectorEnv(5, preset="learning", autoreset_mode=AutoresetMode.DISABLED, **QUIET)
+    together = ToyDefenseVectorEnv(5, preset="learning", autoreset=AutoresetMode.DISABLED, frame_skip=2, **QUIET)
     together.reset(seed=[training_seed(1) + b for b in range(5)])
-    envs._begin()  # without the staggered starts, as the other one
-    for _ in range(12):
+    for _ in range(6):
         actions = np.random.default_rng(3).uniform(-1, 1, (5, 2))
         _, reward, terminated, *_ = envs.step(actions.reshape(10, 1))
         _, expected, ended, *_ = together.step(actions)
@@ -137,7 +136,6 @@ def test_a_power_of_the_pay_adds_up_to_that_power() -> None:
     total, paid = np.zeros(2), np.zeros(2)
     for each in (envs, plain):
         each.reset(seed=2)
-        each._begin()
     for _ in range(4):
         learned, reward = envs.step(np.array([1, 2]))[1], plain.step(np.array([1, 2]))[1]
         total, paid = total + learned, paid + reward
@@ -179,7 +177,7 @@ def test_roles_are_found_by_short_names_and_ids() -> None:
         assert cps_envs.learning_env(name, 2).problem is TOY
     with pytest.raises(UnknownNameError, match=r"no role 'RougeAttack'\. Did you mean 'RogueAttack'"):
         cps_envs.learning_env("RougeAttack", 2)
-    assert cps_envs.learning_env("FdiAttack", 2, adapter="native").role == "attacker"
+    assert cps_envs.learning_env("FdiAttack", 2, adapter="native", horizon=40).role == "attacker"
 
 
 def test_learners_meet_whom_their_settings_name_in_preset_learning_alone() -> None:
@@ -196,7 +194,6 @@ def test_learners_meet_whom_their_settings_name_in_preset_learning_alone() -> No
 def test_the_native_adapter_shows_what_the_role_sees() -> None:
     envs = attack(3, scaling=((), ()))
     envs.reset(seed=4)
-    envs._begin()
     batch = ToyAttackVectorEnv(3, preset="learning", **QUIET)
     shown, _ = batch.reset(seed=[training_seed(4) + b for b in range(3)])
-    np.testing.assert_array_equal(envs._rows()[:, : shown.shape[1]], shown)
+    np.testing.assert_array_equal(envs._side.observe()[:, : shown.shape[1]], shown)

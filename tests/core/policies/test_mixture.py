@@ -102,3 +102,28 @@ def test_states_are_put_together_row_by_row() -> None:
         _gather(np.array([0, 1]), blocks(one, longer))
     three = StateBlock(3, (np.array([10, 20, 30]),))
     assert _gather(np.array([0, 1]), blocks(three, three))[0].tolist() == [10, 20]
+
+
+def test_what_was_returned_last_is_used_only_while_it_is_handed_back() -> None:
+    """Others than the last ones, as after a restart or in a second match, are gathered from the state itself."""
+    player = mixture(("tests.core.toy_policies:Wander", "tests.core.toy_policies:Approach"))
+    observation = np.zeros((6, player.spec.fields.size), np.float32)
+
+    def begin(first: int) -> Any:
+        return player.begin([seeding.np_random(first + b)[0] for b in range(6)], [{}] * 6)
+
+    def go_on(state: Any, times: int) -> list[Array]:
+        played = []
+        for _ in range(times):
+            actions, state = player.predict(observation, state)
+            played.append(actions)
+        return played
+
+    alone = [go_on(begin(first), 4) for first in (0, 100)]
+    mixed: tuple[list[Array], list[Array]]
+    states, mixed = [begin(0), begin(100)], ([], [])
+    for _ in range(4):
+        for which in (0, 1):
+            actions, states[which] = player.predict(observation, states[which])
+            mixed[which].append(actions)
+    np.testing.assert_array_equal(alone, mixed)

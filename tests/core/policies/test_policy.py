@@ -115,3 +115,11 @@ def test_a_mixture_takes_policies_that_only_predict() -> None:
     state = mixture.begin([np.random.default_rng(b) for b in range(2)], [{}, {}])
     actions, _ = mixture.predict(np.zeros((2, SPEC.fields.size), np.float32), state, np.ones(2, np.bool_), True)
     assert not actions.any()
+
+
+def test_slices_of_what_is_seen_are_decoded_with_the_whole() -> None:
+    whole = Seen(SPEC.fields, observations())
+    part = whole.part(slice(1, 3))
+    for name in SPEC.fields.slices:
+        np.testing.assert_array_equal(part[name], Seen(SPEC.fields, observations()[1:3])[name])
+        assert np.shares_memory(part[name], whole[name])

@@ -1,0 +1,165 @@
+"""Several agents in B episodes at once: the batched form of the PettingZoo interface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
+
+from cps_envs.core.declare.config import check_count
+from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.agents_batch import AgentsBatch
+from cps_envs.core.interfaces.agents_env import check_agents
+from cps_envs.core.interfaces.options import Seeds, check_autoreset, check_mask, check_options, reseeded
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Observation, Role
+
+Results = tuple[
+    dict[str, Observation], dict[str, FloatArray], dict[str, BoolArray], dict[str, BoolArray], dict[str, Any]
+]
+
+
+class AgentsVectorEnv:
+    """`AgentsEnv` for B episodes: what is a number there is an array (B,) here, and an array (n,) is one (B, n).
+
+    Environment i of a batch seeded s equals the single environment seeded s + i. `infos` has an array (B,) for each
+    metric, `cost`, and for each agent `due` and, where not all actions are legal, `action_mask` (B, k) by its name.
+    With `autoreset="same_step"` ended episodes start anew at once, and `infos["final_obs"]` has their last observations
+    by agent, `infos["final_info"]` their last metrics; with `"next_step"` the next step starts them and plays nothing
+    there; with `"disabled"` you call `reset(options={"reset_mask": ended})`.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        name: str,
+        adapters: Mapping[Role, str | None],
+        num_envs: int,
+        *,
+        max_cycles: int | None = None,
+        autoreset: str | AutoresetMode = AutoresetMode.SAME_STEP,
+        **options: Any,
+    ) -> None:
+        """`adapters` names those of the roles that are played from outside; `options` are those of `AgentsBatch`."""
+        self.problem, self.num_envs = problem, check_count("num_envs", num_envs)
+        self._most = None if max_cycles is None else check_count("max_cycles", max_cycles)
+        self.autoreset_mode = check_autoreset(autoreset)
+        self.metadata = {"name": f"{name}_v{problem.version}", "autoreset_mode": self.autoreset_mode}
+        self._batch = AgentsBatch(problem, self.num_envs, adapters, **options)
+        self.game, self.config, self.interface = self._batch.game, self._batch.config, self._batch.interface
+        self.preset, self.overrides = self._batch.preset, self._batch.overrides
+        self.opponent, self.interval = self._batch.opponent, self._batch.stride
+        self.possible_agents = self._batch.names[:]
+        self.agents = self.possible_agents[:]
+        self.agents_of = {role: tuple(hand.names) for role, hand in self._batch.hands.items()}
+        self._hands = {name: hand for hand in self._batch.hands.values() for name in hand.names}
+        self.roles = {name: hand.role for name, hand in self._hands.items()}
+        self.state_space = self._batch.state_space()
+        self._everyone = np.ones(self.num_envs, np.bool_)
+        self._ended = np.zeros(self.num_envs, np.bool_)
+        self._cycles = np.zeros(self.num_envs, np.int64)
+        self._generators: Generators = ()
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """The observation space of an agent in one episode."""
+        return self._hands[agent].observation_space
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """The action space of an agent in one episode."""
+        return self._hands[agent].action_space
+
+    def neutral_action(self, agent: str) -> Array:
+        """The action of an agent that is as good as none, of the shape of its action space."""
+        return self._hands[agent].neutral_action
+
+    def reset(
+        self, seed: Seeds = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, Any]]:
+        """Start all episodes, or those of `options["reset_mask"]` (B,). Without a seed the generators go on."""
+        check_options(options)
+        mask = (options or {}).get("reset_mask")
+        envs = self._everyone
+        if mask is not None:
+            envs = check_mask(mask, self.num_envs, begun=bool(self._generators))
+        self._generators = reseeded(self._generators, seed, envs)
+        self._restart(envs)
+        return self._observations(), self._infos(self._batch.costs.add(self.game.metrics()))
+
+    def step(self, actions: Mapping[str, Any]) -> Results:
+        """Advance by one decision of the agents, whose `actions` are arrays (B, ...).
+
+        Raises:
+            ResetNeeded: before the first reset, or for an ended episode when automatic resetting is disabled.
+            ValueError: an agent's actions are missing, have a wrong shape, are not finite or lie outside their space.
+        """
+        if not self._generators:
+            raise ResetNeeded("call reset() before step()")
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
+            listed = np.flatnonzero(self._ended).tolist()
+            raise ResetNeeded(
+                f'episodes {listed} have ended: call reset(options={{"reset_mask": mask}}) for them first'
+            )
+        check_agents(actions, self.possible_agents)
+        given = {role: self._read(role, actions) for role in self._batch.hands}
+        live = ~self._ended
+        if self._ended.any():
+            self._restart(self._ended)
+        rewards = self._batch.step(given, live)
+        self._cycles += live
+        terminated = live & self._batch.over()
+        truncated = live & ~terminated & (self._cycles == self._most)
+        self._ended = terminated | truncated
+        metrics, final = self._batch.costs.add(self.game.metrics()), {}
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
+            ended = self._ended
+            last = {name: np.array(values) for name, values in metrics.items()}  # the game may go on in its own arrays
+            final = {"final_obs": self._observations(), "final_info": last, "_final_obs": ended}
+            self._restart(ended)
+            metrics = {**metrics, **self.game.metrics()}
+        paid = {
+            name: rewards[role][:, place]
+            for role, hand in self._batch.hands.items()
+            for place, name in enumerate(hand.names)
+        }
+        ends = [{name: marks.copy() for name in self.agents} for marks in (terminated, truncated)]
+        return self._observations(), paid, ends[0], ends[1], {**self._infos(metrics), **final}
+
+    def state(self) -> Observation:
+        """What all roles played from outside observe, and what episodes hide from them, (B, n): for critics."""
+        return self._batch.state()
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    def _restart(self, envs: BoolArray) -> None:
+        self._batch.reset(envs, self._generators)
+        self._cycles[envs] = 0
+        self._ended = self._ended & ~envs
+
+    def _read(self, role: Role, actions: Mapping[str, Any]) -> Array:
+        """The checked actions (B x A, ...) of a role's agents."""
+        hand = self._batch.hands[role]
+        read = [hand.reader.batch(actions[name], self.num_envs) for name in hand.names]
+        together = np.stack(read, axis=1)
+        return together.reshape(-1, *together.shape[2:])
+
+    def _observations(self) -> dict[str, Observation]:
+        shown: dict[str, Observation] = {}
+        for hand in self._batch.hands.values():
+            rows = hand.player.rows()
+            shown |= {name: rows[:, place].copy() for place, name in enumerate(hand.names)}
+        return shown
+
+    def _infos(self, metrics: dict[str, Array]) -> dict[str, Any]:
+        infos: dict[str, Any] = {name: values.copy() for name, values in metrics.items()}
+        for hand in self._batch.hands.values():
+            masks, due = hand.player.masks(), self._batch.due(hand)
+            legal = None if masks is None else masks.reshape(self.num_envs, len(hand.names), -1).astype(np.int8)
+            for place, name in enumerate(hand.names):
+                infos[name] = {"due": due.copy()}
+                if legal is not None:
+                    infos[name]["action_mask"] = legal[:, place]
+        return infos

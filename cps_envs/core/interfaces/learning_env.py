@@ -1,0 +1,208 @@
+"""A role as ordinary learners train on it: its vector environment, with episodes that only training sees."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from cps_envs.core.compute.generators import seeded
+from cps_envs.core.declare.config import check_count
+from cps_envs.core.declare.seeds import SEEDS_PER_RUN, training_seed
+from cps_envs.core.declare.training import Training
+from cps_envs.core.errors import ConfigurationError, shown
+from cps_envs.core.game.problem import LEARNING, Problem
+from cps_envs.core.interfaces.info import batch_info
+from cps_envs.core.interfaces.options import check_options
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
+from cps_envs.core.learning.beside import Beside
+from cps_envs.core.learning.scaling import random_actions
+from cps_envs.core.learning.setting import Setting, setting
+from cps_envs.core.learning.side import LearningSide
+from cps_envs.core.learning.wiring import Scaling
+from cps_envs.core.policies.lookup import PolicyReference
+from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role
+
+APART = {"opponent", "num_envs", "practised", "sampled", "total_timesteps", "ppo"}  # arguments, or for learners
+SETTINGS: Collection[str] = {entry.name for entry in fields(Training)} - APART
+FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
+
+
+class LearningVectorEnv(RoleVectorEnv):
+    """The vector environment of a role with a row for each agent, B x A of them, and episodes for training.
+
+    What `RoleVectorEnv` shows through `interface="learning"` is the same here. What differs:
+
+    - Each agent of a team is a row, paid for its own part, or with `shared_pay` for the whole. `per_agent=False` makes
+      one row of them.
+    - `seed` numbers training runs. Its episodes lie beyond all seeds of evaluations, see `core.declare.seeds`.
+    - Episodes start at different times, so that every batch has all parts of an episode.
+    - Ended episodes start anew at once (`autoreset="same_step"`). `info["final_info"]` has `episode` with the role's
+      undiscounted return `r` and length `l`, and the game's metrics; each row of an ended episode has them.
+    - Rewards may be those that teach most, see `Training.pay_power` and `Training.relative`, and so may episodes, see
+      `Training.practised`; fields that you set yourself are as you set them.
+
+    `active()` and `privileged()` are for learners that can use them.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        role: Role,
+        num_envs: int | None = None,
+        *,
+        training: Training | None = None,
+        preset: str | None = LEARNING,
+        opponent: PolicyReference | None = None,
+        seed: int = 0,
+        scaling: Scaling | None = None,
+        copies: int = 1,
+        num_threads: int = 1,
+        per_agent: bool = True,
+        flat: bool = False,
+        autoreset: str | AutoresetMode = AutoresetMode.SAME_STEP,
+        **options: Any,
+    ) -> None:
+        """`options` are settings of `Training`, such as `frame_skip`, and fields of the configuration.
+
+        What is left out is as `training` says, which is `problem.training` if left out itself.
+
+        `scaling` is mean and deviation of the inputs of a network that is to go on learning. With `copies` above 1,
+        episodes b, b + num_envs / copies, ... begin with equal generators, and all at the same time: for learners that
+        play an episode several times.
+
+        Raises:
+            ConfigurationError: a value that cannot be right.
+            UnknownNameError: there is no such adapter.
+        """
+        self.problem, self.role = problem, role
+        self._base = training or problem.training.get(role, Training())
+        self._run, self._start = _number("seed", seed), 0
+        super().__init__(
+            self._base.num_envs if num_envs is None else num_envs,
+            preset=preset,
+            opponent=opponent,
+            interface=LEARNING,
+            per_agent=per_agent,
+            flat=flat,
+            scaling=scaling,
+            autoreset=autoreset,
+            num_threads=num_threads,
+            **options,
+        )
+        self.copies = check_count("copies", copies)
+        if self.episodes % self.copies:
+            raise ConfigurationError(f"num_envs = {self.episodes} must be a multiple of copies = {self.copies}")
+        assert isinstance(self._side, LearningSide)
+        self.outside, self.wired, self._player = self._side.outside, self._side.wired, self._side.player
+        self.adapter = self.outside.adapter
+        self._beside: Beside | None = None
+        if self.training.relative:
+            self._beside = Beside(problem, self.config, self.episodes, role, self.opponent, self.training.adapter)
+        self._paid = np.zeros((self.episodes, self.agents))  # so far, of which `pay_power` is taken
+        self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
+
+    def _setting(self, preset: str | None, interface: str | None, options: dict[str, Any]) -> Setting:
+        practised = self._base.practised if preset == LEARNING else {}
+        mixed = {**practised, **options}
+        found = setting(self.problem, self.role, preset, interface, mixed, self._base, SETTINGS)
+        self.training = found.training
+        own = {name: value for name, value in found.overrides.items() if name in options}
+        return replace(found, overrides=own)  # what a trained network is played in
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start all episodes, at different times. `seed` numbers the training run, 0 to 8,999; None: the one given.
+
+        `options["start"]` numbers the starts of a run, which have episodes of their own; 0 if left out. With
+        `options["staggered"]` false all episodes are at their first step. With
+        `options["reset_mask"]` only the marked episodes start, as in `RoleVectorEnv`.
+
+        Raises:
+            ConfigurationError: the seed or the start is no whole number, or negative.
+        """
+        check_options(options)
+        if (options or {}).get("reset_mask") is not None:
+            return super().reset(options=options)
+        if seed is not None:
+            self._run = _number("seed", seed[0] if isinstance(seed, Sequence) else seed)
+        self._start = _number("start", (options or {}).get("start", 0))
+        first, count = training_seed(self._run), self.episodes // self.copies
+        places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
+        self._generators = seeded([first + place for place in places.tolist()])
+        self._restart(self._everyone)
+        staggered = (options or {}).get("staggered", self.copies == 1)
+        if staggered and self.decisions >= FEWEST_STAGGERED:
+            self._stagger()
+        return self._side.observe(), batch_info(self._side, self._costs.add(self.game.metrics()))
+
+    def active(self) -> BoolArray:
+        """The rows that are there and whose action has an effect now, (num_envs,)."""
+        found = self._player.active()
+        marks: BoolArray = np.logical_or.reduce(found.reshape(self.num_envs, -1), axis=1)
+        return marks
+
+    def privileged(self) -> Observation:
+        """What the episodes hide, (num_envs, p), for value functions in training only."""
+        shown = self.outside.privileged()
+        return shown.reshape(self.num_envs, -1)
+
+    def _advance(self, actions: Array, live: BoolArray) -> FloatArray:
+        payoff, rewards = self._side.step(actions, live, self._limit)
+        if self._beside is not None:
+            less = self._beside.step(live, self.frame_skip)
+            rewards = rewards - (less if self.agents > 1 else less.sum(axis=1, keepdims=True)).reshape(-1)
+        self._returns += SIGN[self.role] * payoff
+        self._lengths += live
+        return self._learned(rewards.reshape(self.episodes, self.agents)).reshape(-1)
+
+    def _learned(self, reward: FloatArray) -> FloatArray:
+        """What learners are paid, (B, A): the rewards, or the increase of a power of their sum so far."""
+        power = self.training.pay_power
+        if power == 1.0:
+            return reward
+        before = np.maximum(SIGN[self.role] * self._paid, 0.0)
+        self._paid = self._paid + reward
+        after = np.maximum(SIGN[self.role] * self._paid, 0.0)
+        gained: FloatArray = SIGN[self.role] * ((1.0 + after) ** power - (1.0 + before) ** power)
+        return gained
+
+    def _final(self, metrics: dict[str, Array]) -> dict[str, Any]:
+        final = super()._final(metrics)
+        ended = self._ended
+        episode = {"r": np.where(ended, self._returns, 0.0), "l": np.where(ended, self._lengths, 0)}
+        final["final_info"] |= {"episode": {name: self._by_row(values) for name, values in episode.items()}}
+        final["final_info"]["_episode"] = self._by_row(ended)
+        return final
+
+    def _begin(self, envs: BoolArray) -> None:
+        if self._beside is not None:
+            self._beside.reset(envs, self._generators)
+        super()._begin(envs)
+        self._clear(envs)
+
+    def _clear(self, envs: BoolArray) -> None:
+        self._paid[envs], self._returns[envs], self._lengths[envs] = 0.0, 0.0, 0
+
+    def _stagger(self) -> None:
+        """Play at random until each episode has begun at a time of its own."""
+        generator = np.random.default_rng(training_seed(self._run) + self._start)
+        begins = generator.integers(0, self.decisions, self.episodes)
+        assert isinstance(self._side, LearningSide)
+        for decision in range(self.decisions):
+            self._advance(random_actions(self._side, generator), self._everyone)
+            again = self.game.terminated | (self.game.elapsed >= self.game.horizon) | (begins == decision)
+            if again.any():
+                self._begin(again)
+        self._clear(self._everyone)
+
+
+def _number(name: str, value: Any) -> int:
+    """A whole number from 0 on."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
+        raise ConfigurationError(f"{name} = {shown(value)} must be a whole number from 0 on")
+    return int(value)
