@@ -20,6 +20,7 @@ from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
 from cps_envs.rogue.dynamics import advance_lanes, receive
 from cps_envs.rogue.fields import attacker_fields, defender_fields
+from cps_envs.rogue.give_way import GiveWay, GiveWayVehicle
 from cps_envs.rogue.lanes import WIDTH, WORTH, load, make_block, make_plants, store
 from cps_envs.rogue.observation import observe_attacker, observe_defender
 from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics, measure
@@ -49,7 +50,12 @@ class RogueGame(Game):
     threaded = True
     adapters: ClassVar[Adapters] = {
         "attacker": {"effort": Effort},
-        "defender": {"vehicle": Vehicle, "vehicle_full": VehicleFull},
+        "defender": {
+            "give_way": GiveWay,
+            "give_way_vehicle": GiveWayVehicle,
+            "vehicle": Vehicle,
+            "vehicle_full": VehicleFull,
+        },
     }
 
     def __init__(self, config: RogueConfig, num_envs: int) -> None:

@@ -119,6 +119,11 @@ are accelerations before drag, held for 0.1 s: -1 for -7.5 m/s2, 0 for none, 1 f
 `learning` has `defense_action="either"` and `MultiDiscrete([11, 2] * n)`: after the controllers there are five such
 accelerations, 6 for -1, 7 for -0.5, 8 for 0, 9 for 0.5, and 10 for 1. A vehicle that plays one shows no law.
 
+Learners play through the adapter `give_way`. 0 leaves all vehicles to the sliding mode. 1 has the others give way to
+the suspect: vehicles behind it follow, and those ahead keep out of its way. Nobody says who is seized. The learner sees
+how far the suspect has disobeyed its orders, and the distances around it. With `give_way_vehicle` each vehicle is an
+agent.
+
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.
 
@@ -159,4 +164,6 @@ Dissertation, chapter 5: equations (5.1) to (5.15), Table 5.1, Figs. 5.1 to 5.11
 """
 
 RHYTHM = "every 0.1 s"  # of the parallel form
-SWARM = "The decentralised defence, with one agent per intact vehicle and its own sensors. See `cps_envs.rogue.swarm`."
+SWARM = """\
+The defence by one agent for each vehicle, through the adapter `give_way_vehicle`: it says whether the others give way
+to its vehicle. In presets without accelerations beside controllers name `adapter="vehicle"` or `"vehicle_full"`."""

@@ -108,8 +108,6 @@ TRAINING: Mapping[Role, Panel] = {  # whom learners of the other role meet; othe
             "always?action=-1": 1,
         }
     ),
-}
-RECIPES: Mapping[Role, Panel] = {  # whom our own PPO meets instead
     "defender": panel(
         {
             "monitor": 5,

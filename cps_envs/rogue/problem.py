@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from cps_envs.core.declare.panel import mixed, references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
@@ -19,6 +21,9 @@ ROGUE = Problem(
     version=0,
     summary="An attacker drives one vehicle of a platoon to cause collisions. A defender drives the others.",
     presets=PRESETS,
+    scaling=Path(__file__).with_name("scaling.json"),
+    cost="collisions",
+    cost_limit=0.0,
     game=Later("cps_envs.rogue.game:RogueGame"),
     fields={
         "attacker": Later("cps_envs.rogue.fields:attacker_fields"),
@@ -26,36 +31,24 @@ ROGUE = Problem(
     },
     opponents=references(OPPONENTS),
     viewer="cps_envs.rogue.picture.viewer:RogueViewer",
-    swarm={"defender": "vehicle_full"},
-    discrete=("defender",),
+    swarm={"defender": "give_way_vehicle"},
     unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
     training={
-        "attacker": Training(
+        "attacker": Training(  # what an effort does shows in the gaps after about 2 s
             adapter="effort",
-            frame_skip=2,
+            opponent=mixed(TRAINING["defender"]),
+            frame_skip=20,
             recent_s=(0.4, 1.6),
-            run_s=5.0,
             num_envs=128,
-            ppo={"n_steps": 64, "batch_size": 2048, "n_epochs": 4, "learning_rate": 1.5e-3, "ent_coef": 0.003},
+            ppo={"n_steps": 32, "batch_size": 2048, "n_epochs": 4, "learning_rate": 1.5e-3, "ent_coef": 0.003},
         ),
-        "defender": Training(  # begins as `guard`, and learns where vehicles near a suspect do better
-            adapter="guard",
+        "defender": Training(
+            adapter="give_way",
             opponent=mixed(TRAINING["attacker"]),
-            frame_skip=5,
-            recent_s=(3.0, 20.0),
-            rough_s=1.0,
-            neutral_bias=3.0,
-            ppo={
-                "n_steps": 64,
-                "batch_size": 4096,
-                "n_epochs": 5,
-                "learning_rate": 3e-3,
-                "final_learning_rate": 3e-4,
-                "gamma": 0.98,
-                "gae_lambda": 0.9,
-                "target_kl": 0.03,
-            },
+            frame_skip=12,
+            shared_pay=True,  # who asks is not who is hit
+            ppo={"n_steps": 50, "batch_size": 256, "n_epochs": 8, "learning_rate": 1e-3, "ent_coef": 0.003},
         ),
     },
 )

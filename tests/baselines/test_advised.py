@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_baselines.rogue.reading import levels_of
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.adapter import adapter_of
@@ -14,6 +13,7 @@ from cps_envs.core.types import Array, Role
 from cps_envs.registration import find_problem, learning_env
 from cps_envs.rogue.actions import LEVELS
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
+from cps_envs.rogue.reading import levels_of
 from tests import episodes
 
 SEEDS = range(4)
@@ -125,7 +125,7 @@ def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
 )
 def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, vehicle: str, level: int) -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
-    envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard", frame_skip=5, neutral_bias=3.0)
     envs.reset()
     seen, count = envs.outside.seen(), len(adapter.agents)
     place = {"rear": 0, "leader": count - 1 - int((seen["present"] < 0.5).sum())}

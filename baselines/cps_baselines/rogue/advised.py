@@ -13,7 +13,6 @@ from cps_baselines.rogue.families import guard
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.identify import known
 from cps_baselines.rogue.monitor import NOBODY, Monitor
-from cps_baselines.rogue.reading import levels_of
 from cps_baselines.rogue.switching import SIGNALS, switch
 from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.errors import ConfigurationError
@@ -23,6 +22,7 @@ from cps_envs.core.types import Array, BoolArray, IntArray, Observation, State
 from cps_envs.rogue.actions import LEVELS, choices_of
 from cps_envs.rogue.adapters import Effort, Vehicle
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, LINEAR, SLIDING
+from cps_envs.rogue.reading import levels_of
 
 ADVICE = 0  # the action that leaves it to the controller
 ADVISOR = "monitor"  # against which `contested` was searched, where it advises

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.rogue.controllers import require_modes
-from cps_baselines.rogue.reading import read
 from cps_envs.core.compute.kernels import Record, copy, inlined, kernel
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
@@ -13,6 +12,7 @@ from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation, State
 from cps_envs.rogue.actions import MODIFIED, PLAIN
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN, HUMAN
+from cps_envs.rogue.reading import read
 
 ROUNDING_M = 1e-3  # of observed growths
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cps_baselines.family import Family, Number, between
-from cps_baselines.rogue.escort import Escort, Ways
+from cps_baselines.rogue.escort import Escort
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.policies.adapter import advises
 from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.rogue.giving_way import Ways
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias")  # as `tuned` names them
 WAYS = Ways(  # by policy search against the panel of rogue-defense, from numbers set by hand

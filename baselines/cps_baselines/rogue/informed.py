@@ -11,13 +11,13 @@ import numpy as np
 
 from cps_baselines.rogue.controllers import require_modes
 from cps_baselines.rogue.monitor import NOBODY, Division, divide, division_of
-from cps_baselines.rogue.reading import read, vehicles
 from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.policies.policy import AnalyticPolicy, Policy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.rogue.problem import ROGUE
+from cps_envs.rogue.reading import read, vehicles
 
 NEUTRAL = "none"  # the attacker that a match does not even ask
 

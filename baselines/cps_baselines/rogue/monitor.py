@@ -12,8 +12,6 @@ import numpy as np
 from cps_baselines.family import as_records
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.controllers import require_modes
-from cps_baselines.rogue.obedience import disobedience, strength
-from cps_baselines.rogue.reading import commanded, read, vehicles
 from cps_envs.core.compute.kernels import Record, clip, inlined, kernel, pack, unpack
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.adapter import advises
@@ -21,6 +19,8 @@ from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.rogue.actions import Engine, engine_of
+from cps_envs.rogue.obedience import disobedience, strength
+from cps_envs.rogue.reading import commanded, read, vehicles
 from cps_envs.rogue.state import Rules, rules_of
 
 NOBODY = -1  # no vehicle is suspected

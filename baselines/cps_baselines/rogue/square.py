@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.reading import read
 from cps_envs.core.compute.kernels import clip, inlined, kernel, pack, unpack
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, State
 from cps_envs.rogue.actions import Engine, action_for, engine_of
+from cps_envs.rogue.reading import read
 
 LONG_DUTY = 0.85  # chosen: drag does not stop the vehicle in the long run, which half the time at F+ lets it do
 

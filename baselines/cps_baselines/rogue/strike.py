@@ -6,13 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.reading import linear_effort, read, since_onset
+from cps_baselines.rogue.reading import linear_effort, since_onset
 from cps_envs.core.compute.kernels import kernel, pack, unpack
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Observation, State
 from cps_envs.rogue.actions import Engine, action_for, engine_of
+from cps_envs.rogue.reading import read
 
 NEVER_AGAIN = 0.0  # the period of a strike that comes once
 

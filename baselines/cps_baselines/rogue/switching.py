@@ -8,12 +8,13 @@ from importlib.resources import files
 
 import numpy as np
 
-from cps_baselines.rogue.reading import nearest, read, recalled
+from cps_baselines.rogue.reading import recalled
 from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Observation, State
+from cps_envs.rogue.reading import nearest, read
 
 SIGNALS = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "speed_excess", "one")
 RATE_MPS, EXCESS_MPS = 5.0, 10.0
