@@ -20,6 +20,7 @@ from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.events import is_eventful
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
+from cps_envs.disbanding.parts import PartsRoad
 from cps_envs.disbanding.payoff import MEASURED, Metrics, Rules
 from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import chances_of, nominal_constants, spread, start_drawn
@@ -46,7 +47,7 @@ class DisbandingGame(Game):
     name = "disbanding"
     adapters: ClassVar[Adapters] = {
         "attacker": {"timed": Timed},
-        "defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad},
+        "defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad, "parts_road": PartsRoad},
     }
     threaded = True
 

@@ -34,6 +34,9 @@ can be disbanded once, from 1 s on, while the budget lasts. Any other choice mea
 `action_masks()` tell what is legal. With a budget of jamming, as in preset `learning`, the space is `Discrete(2 N)`.
 Action N + i then blocks the radio link ahead of platoon i.
 
+Learners of preset `learning` meet adapter `timed` instead: when to strike, whom, and whether to jam. A step lasts
+until that is done and something can be chosen again, at most 30 s: so an episode has few decisions, and most count.
+
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["attacker"].decode(observation)` gives units back.
 
@@ -86,6 +89,22 @@ platoon i. A correction below 0.05 m/s2 changes nothing. A larger one is added t
 clipped to [u_min, u_max]. Corrections act on intact vehicles behind the most forward disbanded platoon (`mitigable`).
 In `learning` they act on every intact vehicle at any time, and the rule grows from nothing: up to 1 m/s2 the clipping,
 and the noise of the actuator, are in proportion to the correction.
+
+Learners of preset `learning` meet adapter `parts_road` instead, `MultiDiscrete([3] * 7)` every 10 s. It adds parts of a
+follower to the law of all platoons. With level 1 of the first five parts nothing is added.
+
+| part | 0 | 1 | 2 |
+|---|---|---|---|
+| acceleration of the vehicle ahead, gain | -0.2 | 0 | 0.8 |
+| closing speed, 1/s | -0.3 | 0 | 1.2 |
+| room beyond the wanted gap, 1/s2 | -0.025 | 0 | 0.1 |
+| speed of the disbanded vehicle, as the record tells, 1/s | -0.075 | 0 | 0.3 |
+| share of the plain law | 1.25 | 1 | 0.3, and the lag is made up for |
+| wanted gap, m | 6 | 10 | 14 |
+| leaders' headway beside it, s | 0 | 0.2 | 0.5 |
+
+No choice is a whole follower by itself, and a neutral one leaves the law as it is. A constant follower with tuned
+numbers, `cacc`, is nearly the best there is in this role.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.

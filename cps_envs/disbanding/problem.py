@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from cps_envs.core.declare.panel import mixed, references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
@@ -19,6 +21,9 @@ DISBANDING = Problem(
     version=0,
     summary="An attacker disbands vehicle platoons. A defender keeps the traffic behind from stopping and crashing.",
     presets=PRESETS,
+    scaling=Path(__file__).with_name("scaling.json"),
+    cost="collided_intact",
+    cost_limit=0.0,
     game=Later("cps_envs.disbanding.game:DisbandingGame"),
     fields={
         "attacker": Later("cps_envs.disbanding.fields:attacker_fields"),
@@ -32,36 +37,31 @@ DISBANDING = Problem(
     training={
         "attacker": Training(
             adapter="timed",
+            frame_skip=30,
             opponent=mixed(TRAINING["defender"]),
-            total_timesteps=500_000,
+            num_envs=64,
+            total_timesteps=40_000,
             ppo={
-                "n_steps": 180,
-                "batch_size": 2880,
-                "n_epochs": 4,
-                "learning_rate": 2e-3,
-                "final_learning_rate": 2e-4,
+                "n_steps": 12,
+                "batch_size": 128,
+                "n_epochs": 6,
+                "learning_rate": 1e-3,
                 "gamma": 1.0,
-                "gae_lambda": 0.99,
                 "ent_coef": 0.003,
             },
         ),
-        # One decision in an episode: what is tried has to last. A linear policy has few numbers for so few decisions.
-        # With a larger deviation more vehicles collide, and a few such episodes hide what the others say.
         "defender": Training(
-            adapter="follow_road",
-            frame_skip=1800,
-            initial_deviation=0.1,
-            relative=True,
-            total_timesteps=1_500,
+            adapter="parts_road",
+            frame_skip=100,
+            num_envs=32,
+            total_timesteps=20_000,
             ppo={
-                "n_steps": 1,
-                "batch_size": 64,
-                "n_epochs": 4,
-                "learning_rate": 8e-3,
-                "final_learning_rate": 8e-4,
+                "n_steps": 18,
+                "batch_size": 144,
+                "n_epochs": 6,
+                "learning_rate": 1e-3,
                 "gamma": 1.0,
-                "gae_lambda": 1.0,
-                "policy_kwargs": {"net_arch": []},
+                "ent_coef": 0.003,
             },
         ),
     },

@@ -30,6 +30,7 @@ class Timed(Adapter):
 
     masked = True
     pauses = True
+    waits = True
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
@@ -72,6 +73,11 @@ class Timed(Adapter):
         """Where nothing is planned, (B, 1)."""
         idle: BoolArray = state[0] == IDLE
         return idle[:, np.newaxis]
+
+    def due(self, seen: Seen, state: State) -> BoolArray:
+        """Where nothing is planned, and something is left to disband, (B,)."""
+        free: BoolArray = (state[0] == IDLE) & self._possible(seen)[:, 1:].any(axis=1)
+        return free
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The attacker's action (B,): what is planned, when it is due and legal, else 0."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from cps_envs.core.declare.panel import references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
@@ -19,6 +21,9 @@ FDI = Problem(
     version=0,
     summary="An attacker falsifies distance sensors to make vehicles collide. A defender decides which to believe.",
     presets=PRESETS,
+    scaling=Path(__file__).with_name("scaling.json"),
+    cost="collided_pairs",
+    cost_limit=0.0,
     game=Later("cps_envs.fdi.game:FdiGame"),
     fields={
         "attacker": Later("cps_envs.fdi.observation:attacker_fields"),
@@ -26,10 +31,9 @@ FDI = Problem(
     },
     opponents=references(OPPONENTS),
     viewer="cps_envs.fdi.picture.viewer:FdiViewer",
-    discrete=("attacker", "defender"),
     swarm={"defender": "sensor"},
     training={
-        "attacker": Training(  # no run_s: a lie in motion is slow by itself
+        "attacker": Training(
             adapter="motion",
             frame_skip=5,
             num_envs=256,
@@ -37,19 +41,17 @@ FDI = Problem(
         ),
         "defender": Training(
             adapter="sensor",
-            frame_skip=3,
+            frame_skip=10,
             recent_s=(0.9, 3.6),
-            neutral_bias=2.0,
             num_envs=128,
             total_timesteps=3_000_000,
             ppo={
                 "gamma": 0.98,
                 "gae_lambda": 0.9,
-                "n_steps": 17,
+                "n_steps": 10,
                 "batch_size": 2048,
-                "n_epochs": 3,
-                "learning_rate": 7e-3,
-                "target_kl": 0.03,
+                "n_epochs": 4,
+                "learning_rate": 1e-3,
             },
         ),
     },
