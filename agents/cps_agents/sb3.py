@@ -1,7 +1,7 @@
-"""The door for stable-baselines3: environments in which its learners learn, and a policy that starts well.
+"""The door for stable-baselines3: a batch of episodes as its `VecEnv`, in which its learners learn.
 
 envs = make("RogueAttack")
-model = PPO(StickyPolicy, envs, **envs.settings)
+model = PPO("MlpPolicy", envs, **envs.settings)
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.learning.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.registration import learning_env
 
@@ -23,14 +23,11 @@ try:
     from stable_baselines3.common.utils import LinearSchedule
     from stable_baselines3.common.vec_env import VecNormalize
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
-
-    from cps_agents.sb3_buffer import ActiveBuffer
-    from cps_agents.sb3_policy import StickyPolicy, neutral_start
 except ImportError:
     require("stable_baselines3", extra="sb3", purpose="training with stable-baselines3")
     raise
 
-__all__ = ["ActiveBuffer", "BatchVecEnv", "StickyPolicy", "as_sb3", "make", "neutral_start"]
+__all__ = ["BatchVecEnv", "as_sb3", "make"]
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
 
 
@@ -45,7 +42,7 @@ class BatchVecEnv(VecEnv):
     evaluation is ever played.
     """
 
-    def __init__(self, env: RoleVectorEnv | LearningVectorEnv) -> None:
+    def __init__(self, env: RoleVectorEnv) -> None:
         self.env = env
         self._actions: Array | None = None
         self._run: int | None = None
@@ -62,7 +59,7 @@ class BatchVecEnv(VecEnv):
         chosen = dict(training.ppo)
         if "final_learning_rate" in chosen:  # not of PPO: its rate falls to this one
             chosen["learning_rate"] = LinearSchedule(chosen["learning_rate"], chosen.pop("final_learning_rate"), 1.0)
-        return {"device": "cpu", "rollout_buffer_class": ActiveBuffer, **chosen}
+        return {"device": "cpu", **chosen}
 
     def seed(self, seed: int | None = None) -> list[int | None]:
         """Let the next `reset` play the episodes of a training run, numbered from 0.
@@ -78,7 +75,7 @@ class BatchVecEnv(VecEnv):
     def reset(self) -> Observation:
         """Start an episode in every environment, with the seeds that `seed` has set."""
         run, self._run = self._run, None
-        if run is not None and isinstance(self.env, RoleVectorEnv):
+        if run is not None and not isinstance(self.env, LearningVectorEnv):  # which numbers runs itself
             run = training_seed(run)
         observation, _ = self.env.reset(seed=run)
         self._returns[:], self._lengths[:] = 0.0, 0
@@ -91,9 +88,6 @@ class BatchVecEnv(VecEnv):
 
     def step_wait(self) -> Step:
         """Observations, float32 rewards, whether episodes have ended, and one info per environment."""
-        if isinstance(self.env, LearningVectorEnv):
-            space: Any = self.env.single_observation_space
-            space.acting = self.env.active()
         observation, reward, terminated, truncated, info = self.env.step(self._actions)
         self._returns += reward
         self._lengths += 1
@@ -169,7 +163,7 @@ class ScaledRewards(VecNormalize):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Arguments of PPO with which an ordinary learner learns here: `PPO(StickyPolicy, envs, **envs.settings)`."""
+        """Arguments of PPO with which an ordinary learner learns here: `PPO("MlpPolicy", envs, **envs.settings)`."""
         envs: Any = self.venv
         found: dict[str, Any] = envs.settings
         return found
@@ -178,7 +172,7 @@ class ScaledRewards(VecNormalize):
 def make(name: str, num_envs: int | None = None, **options: Any) -> ScaledRewards:
     """Environments of a role such as "RogueAttack", in which a learner of stable-baselines3 learns.
 
-    `options` are those of `cps_envs.core.learning.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
+    `options` are those of `cps_envs.core.interfaces.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
     `adapter`. A team's agents are environments of their own. The observation space holds how the inputs are made, and
     `model.save` saves it, so `sb3:FILE.zip` plays the model again anywhere in this package.
 
@@ -193,24 +187,24 @@ def make(name: str, num_envs: int | None = None, **options: Any) -> ScaledReward
 def as_sb3(vector_env: Any) -> BatchVecEnv:
     """A vector environment of this package as a stable-baselines3 `VecEnv`, just as it is; `make` prepares more.
 
-    Make it with `autoreset_mode="SameStep"`:
-    `gymnasium.make_vec("cps_envs:cps_envs/DisbandingAttack-v0", 64, "vector_entry_point", autoreset_mode="SameStep")`
+    Make it with `autoreset="same_step"`:
+    `gymnasium.make_vec("cps_envs:cps_envs/DisbandingAttack-v0", 64, "vector_entry_point", autoreset="same_step")`
 
     Raises:
         ConfigurationError: not a native vector environment, a wrapped one, or in another autoreset mode.
     """
     env = vector_env
-    if isinstance(getattr(env, "unwrapped", None), (RoleVectorEnv, LearningVectorEnv)) and env is not env.unwrapped:
+    if isinstance(getattr(env, "unwrapped", None), RoleVectorEnv) and env is not env.unwrapped:
         raise ConfigurationError(
             f"{type(env).__name__} wraps a vector environment of cps_envs, and stable-baselines3 would not see what it "
             "does. Hand over the environment itself, and wrap the result with stable-baselines3's own wrappers, such "
             "as VecNormalize"
         )
-    if not isinstance(env, (RoleVectorEnv, LearningVectorEnv)):
+    if not isinstance(env, RoleVectorEnv):
         raise ConfigurationError(
             f"{type(env).__name__} is not a native vector environment of cps_envs: make it with "
-            'gymnasium.make_vec(id, num_envs, vectorization_mode="vector_entry_point", autoreset_mode="SameStep")'
+            'gymnasium.make_vec(id, num_envs, vectorization_mode="vector_entry_point", autoreset="same_step")'
         )
     if env.metadata["autoreset_mode"] != AutoresetMode.SAME_STEP:
-        raise ConfigurationError('stable-baselines3 needs a vector environment made with autoreset_mode="SameStep"')
+        raise ConfigurationError('stable-baselines3 needs a vector environment made with autoreset="same_step"')
     return BatchVecEnv(env)

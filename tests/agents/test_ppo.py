@@ -30,7 +30,7 @@ from cps_agents.zoo.files import load
 from cps_agents.zoo.wired import Head, WiredPolicy
 from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.game.play import play_episodes
-from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import ROLES, SIGN, Array, Role
 from cps_envs.registration import PROBLEMS
 from tests.agents.arms import ARMS
@@ -178,21 +178,16 @@ def test_the_value_of_an_active_row_is_told_the_truth() -> None:
     assert learner.network.policy[0].in_features == columns
 
 
-@pytest.mark.parametrize(("run_s", "bias"), [(0.0, 0.0), (15.0, 0.0), (0.0, 2.0)])
-def test_an_untrained_network_plays_like_the_untrained_policy(run_s: float, bias: float) -> None:
-    envs = toy_envs("attacker", run_s=run_s, neutral_bias=bias)
-    network, count = Learner(envs, changed(Recipe(), {"total_timesteps": 1})).network, 4000
+@pytest.mark.parametrize("bias", [0.0, 2.0])
+def test_an_untrained_network_plays_near_the_neutral_action(bias: float) -> None:
+    envs, recipe = toy_envs("attacker"), changed(Recipe(), {"total_timesteps": 1, "neutral_bias": bias})
+    network, count = Learner(envs, recipe).network, 4000
     rows = torch.zeros(count, envs.wired.columns.size)
     rows[:, -network.masked :] = 1
-    rows[:, network.last.start + 3] = 1  # action 3 was the last one
     drawn, log_probability = network.draw(rows, torch.Generator().manual_seed(0))
-    share = (drawn[:, 0] == 3).float().mean().item()
     neutral = (drawn[:, 0] == 0).float().mean().item()
-    odds = np.exp([bias, 0, 0, envs.untrained.stickiness, 0])
-    assert share == pytest.approx(odds[3] / odds.sum(), abs=0.03)
+    odds = np.exp([bias, 0, 0, 0, 0])
     assert neutral == pytest.approx(odds[0] / odds.sum(), abs=0.03)
-    if run_s:
-        assert 1 / (1 - share) == pytest.approx(run_s / 3.0, rel=0.15)  # the intruder decides every 3 s
     judged, entropy = network.judge(rows, drawn)
     np.testing.assert_allclose(judged.detach(), log_probability.detach(), atol=1e-5)
     assert entropy[0].item() == pytest.approx(-(odds / odds.sum() * np.log(odds / odds.sum())).sum(), abs=1e-4)
@@ -209,7 +204,8 @@ def test_no_illegal_action_is_drawn() -> None:
 
 
 def test_gaussian_actions_have_their_density() -> None:
-    network = Learner(toy_envs("defender", initial_deviation=0.4), changed(Recipe(), {"total_timesteps": 1})).network
+    recipe = changed(Recipe(), {"total_timesteps": 1, "initial_deviation": 0.4})
+    network = Learner(toy_envs("defender"), recipe).network
     rows = torch.zeros(5, network.inputs)
     drawn, log_probability = network.draw(rows, torch.Generator().manual_seed(3))
     normal = torch.distributions.Normal(network.outputs(rows), 0.4)
@@ -252,7 +248,7 @@ def test_a_checkpoint_that_does_not_fit_is_refused() -> None:
 
 
 PLAYED = [
-    (TOY, "attacker", {"frame_skip": 2, "recent_s": (3.0, 9.0), "rough_s": 4.0, "run_s": 20.0}),
+    (TOY, "attacker", {"frame_skip": 2, "recent_s": (3.0, 9.0), "rough_s": 4.0}),
     (TOY, "attacker", {}),
     (TOY, "defender", {"frame_skip": 3}),
     (TOY, "defender", {"recent_s": (2.0,)}),
@@ -268,7 +264,7 @@ def test_a_played_policy_sees_and_does_what_it_did_in_training(problem: Any, rol
     with torch.no_grad():
         learner.network.policy[-1].weight.normal_(generator=learner.generator)
     network = learner.network.exported()
-    head = Head(learner.network.stickiness)
+    head = Head()
     outputs, asked = network.forward, []
 
     def listening(rows: Array) -> Array:
@@ -300,7 +296,6 @@ def greedy(learner: Learner, outputs: Any, rows: Array) -> Array:
     """The best actions by the exported network, whose outputs are those of torch but for rounding."""
     network, found = learner.network, outputs(rows)
     if network.choices:
-        found = found + np.float32(network.stickiness) * rows[:, network.last]
         found = np.where(rows[:, -network.masked :] > 0, found, -1e9) if network.masked else found
     with torch.no_grad():
         np.testing.assert_allclose(found, network.outputs(torch.from_numpy(rows)), rtol=1e-5, atol=1e-5)

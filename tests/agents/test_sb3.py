@@ -33,7 +33,7 @@ FAST = {"n_epochs": 2, "batch_size": 256, "gamma": 0.99, "device": "cpu", "seed"
 
 
 def envs(env_id: str, num_envs: int = 4, **kwargs: Any) -> BatchVecEnv:
-    settings = {"preset": "easy", "attack_budget": 2, "autoreset_mode": "SameStep", **SMALL, **kwargs}
+    settings = {"preset": "easy", "attack_budget": 2, "autoreset": "same_step", **SMALL, **kwargs}
     return as_sb3(gymnasium.make_vec(env_id, num_envs, "vector_entry_point", **settings))
 
 
@@ -173,7 +173,7 @@ def test_frames_are_tiled() -> None:
 
 
 def test_wrong_environments_are_refused() -> None:
-    with pytest.raises(ConfigurationError, match="SameStep"):
+    with pytest.raises(ConfigurationError, match="same_step"):
         as_sb3(gymnasium.make_vec(ATTACK, 2, "vector_entry_point"))
     with pytest.raises(ConfigurationError, match="make_vec"):
         as_sb3(gymnasium.make_vec("CartPole-v1", 2))

@@ -17,11 +17,11 @@ from cps_envs.core.policies.lookup import resolve_policy
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
-from sb3_contrib import MaskablePPO
+from sb3_contrib import MaskablePPO, RecurrentPPO
 from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.vec_env import VecMonitor
 
-from cps_agents.sb3 import StickyPolicy, as_sb3, make, neutral_start
+from cps_agents.sb3 import as_sb3, make
 from cps_envs.core.policies.trust import vouched
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -29,6 +29,11 @@ TOYS = "tests.core.toy:toys/"
 ATTACK, DEFENSE = f"{TOYS}ToyAttack-v0", f"{TOYS}ToyDefense-v0"
 TEAM = {"adapter": "axis", "recent_s": (2.0,), "frame_skip": 2}
 FAST: dict[str, Any] = {"n_steps": 16, "batch_size": 64, "n_epochs": 2, "device": "cpu", "seed": 0}
+
+
+def unstaggered(env: Any) -> Any:
+    """The rows of a run's first episodes, all at their first step."""
+    return env.reset(seed=0, options={"staggered": False})[0]
 
 
 def inner(envs: Any) -> Any:
@@ -39,11 +44,11 @@ def inner(envs: Any) -> Any:
 @pytest.mark.parametrize(
     ("name", "algorithm", "policy", "options"),
     [
-        (ATTACK, PPO, StickyPolicy, {"run_s": 9.0, "recent_s": (2.0,)}),
+        (ATTACK, PPO, "MlpPolicy", {"recent_s": (2.0,)}),
         (ATTACK, MaskablePPO, "MlpPolicy", {}),
         (DEFENSE, SAC, "MlpPolicy", {"adapter": "axis"}),
-        (DEFENSE, PPO, StickyPolicy, TEAM),
         (DEFENSE, PPO, "MlpPolicy", TEAM),
+        (DEFENSE, PPO, "MlpPolicy", {**TEAM, "per_agent": False}),
     ],
 )
 def test_a_saved_model_plays_as_it_was_trained(
@@ -54,10 +59,7 @@ def test_a_saved_model_plays_as_it_was_trained(
     model = algorithm(policy, envs, **keywords).learn(300)
     model.save(tmp_path / "model")
     env = inner(envs)
-    env.reset(seed=0)
-    env._begin()  # all episodes at their first step
-    returns, ended = np.zeros(6), np.zeros(6, np.bool_)
-    rows = env._rows()
+    returns, ended, rows = np.zeros(6), np.zeros(6, np.bool_), unstaggered(env)
     while not ended.all():
         actions, _ = model.predict(rows, deterministic=True)
         if algorithm is MaskablePPO:
@@ -79,7 +81,7 @@ def test_dqn_plays_its_best_legal_action(tmp_path: Path) -> None:
     env = inner(envs)
     with vouched():
         policy = resolve_policy(f"sb3:{tmp_path / 'model.zip'}?algorithm=DQN", env.game.spec("attacker"))
-    env.reset(seed=0)
+    unstaggered(env)
     masks = env.action_masks()
     actions, _ = policy.predict(env.game.observe("attacker"), action_masks=masks)
     assert masks[np.arange(4), actions].all()
@@ -91,7 +93,7 @@ def _rival(env: Any) -> Any:
 
 def test_a_sampled_model_draws_from_each_episode_s_own_generator(tmp_path: Path) -> None:
     envs = make(ATTACK, 4)
-    PPO(StickyPolicy, envs, **FAST).save(tmp_path / "model")
+    PPO("MlpPolicy", envs, **FAST).save(tmp_path / "model")
     env, path = inner(envs), f"sb3:{tmp_path / 'model.zip'}?sampled=true"
     players = {"attacker": path, "defender": "none"}
     with vouched():
@@ -104,44 +106,48 @@ def test_a_sampled_model_draws_from_each_episode_s_own_generator(tmp_path: Path)
     assert (one != greedy["return"]).any()
 
 
-def test_an_untrained_policy_starts_near_the_neutral_action_and_keeps_an_action() -> None:
-    envs = make(ATTACK, 64, neutral_bias=3.0, run_s=9.0)
-    model = PPO(StickyPolicy, envs, **FAST)
-    rows = envs.reset()
-    drawn, _ = model.predict(rows)
-    assert (drawn == 0).mean() > 0.6
-    kept = rows.copy()
-    columns = envs.observation_space.columns
-    kept[:, columns.scaled : columns.scaled + columns.last_action] = np.eye(5)[3]
-    kept[:, -columns.mask :] = 1
-    free = make(ATTACK, 64, run_s=30.0)
-    drawn, _ = PPO(StickyPolicy, free, **FAST).predict(kept)
-    assert (drawn == 3).mean() > 0.7
-    kept[:, -columns.mask + 3] = 0
-    drawn, _ = model.predict(kept)
-    assert (drawn != 3).all()
+def test_a_recurrent_model_is_handed_its_memory_and_begins_anew_with_each_episode(tmp_path: Path) -> None:
+    for name, options in ((ATTACK, {"recent_s": (2.0,)}), (DEFENSE, TEAM)):
+        envs = make(name, 4, **options)
+        tiny = {"n_lstm_layers": 2, "lstm_hidden_size": 5, "net_arch": [8]}
+        model = RecurrentPPO("MlpLstmPolicy", envs, policy_kwargs=tiny, **FAST).learn(64)
+        model.save(tmp_path / "model")
+        env = inner(envs)
+        with vouched():
+            players = {env.role: f"sb3:{tmp_path / 'model.zip'}?algorithm=RecurrentPPO", **_rival(env)}
+            seeds = range(training_seed(0), training_seed(0) + 4)
+            together = play_episodes(env.problem, env.config, players, seeds)["return"]
+            alone = [play_episodes(env.problem, env.config, players, [seed])["return"][0] for seed in seeds]
+        np.testing.assert_allclose(together, alone)
+        rows, state, returns, ended = unstaggered(env), None, np.zeros(4), np.zeros(4, np.bool_)
+        starts = np.ones(env.num_envs, np.bool_)
+        while not ended.all():
+            actions, state = model.predict(rows, state, starts, deterministic=True)
+            rows, reward, over, _, _ = env.step(actions)
+            starts = over
+            returns += reward.reshape(4, -1).sum(axis=1) * ~ended
+            ended |= over.reshape(4, -1)[:, 0]
+        sign = 1 if env.role == "attacker" else -1
+        np.testing.assert_allclose(sign * returns, together, atol=1e-6)
 
 
-def test_continuous_actions_start_at_neutral_with_the_deviation_of_the_settings() -> None:
-    envs = make(DEFENSE, 64, adapter="axis", initial_deviation=0.1)
-    for model in (PPO(StickyPolicy, envs, **FAST), PPO("MlpPolicy", envs, **FAST)):
-        neutral_start(model)
-        drawn, _ = model.predict(envs.reset())
-        assert drawn.std() == pytest.approx(0.1, rel=0.3)
-        assert np.abs(model.predict(envs.reset(), deterministic=True)[0]).max() == 0
+def test_settings_are_those_of_any_algorithm_with_rollouts() -> None:
+    envs = make(ATTACK, 4)
+    for algorithm, policy in ((PPO, "MlpPolicy"), (RecurrentPPO, "MlpLstmPolicy")):
+        algorithm(policy, envs, **{**envs.settings, "n_steps": 4, "batch_size": 16}).learn(16)
 
 
 def test_the_return_is_on_the_screen(capsys: pytest.CaptureFixture[str]) -> None:
-    PPO(StickyPolicy, make(ATTACK, 8), verbose=1, **FAST).learn(8 * 16)
+    PPO("MlpPolicy", make(ATTACK, 8), verbose=1, **FAST).learn(8 * 16)
     assert "ep_rew_mean" in capsys.readouterr().out
 
 
 def test_seeds_are_far_from_evaluations() -> None:
     envs = make(ATTACK, 4)
-    model = PPO(StickyPolicy, envs, **{**FAST, "seed": 3})
+    model = PPO("MlpPolicy", envs, **{**FAST, "seed": 3})
     model.learn(64)
     assert inner(envs)._run == 3
-    plain = as_sb3(gymnasium.make_vec("toys/ToyAttack-v0", 2, "vector_entry_point", autoreset_mode="SameStep"))
+    plain = as_sb3(gymnasium.make_vec("toys/ToyAttack-v0", 2, "vector_entry_point", autoreset="same_step"))
     plain.seed(0)
     shown = plain.reset()
     expected = gymnasium.make("toys/ToyAttack-v0").reset(seed=training_seed(0))[0]
@@ -152,17 +158,13 @@ def test_seeds_are_far_from_evaluations() -> None:
 
 def test_nonsense_is_refused(tmp_path: Path) -> None:
     wrapped = gymnasium.wrappers.vector.TransformReward(
-        gymnasium.make_vec("toys/ToyAttack-v0", 2, "vector_entry_point", autoreset_mode="SameStep"), lambda r: r
+        gymnasium.make_vec("toys/ToyAttack-v0", 2, "vector_entry_point", autoreset="same_step"), lambda r: r
     )
     with pytest.raises(ConfigurationError, match="wraps a vector environment"):
         as_sb3(wrapped)
     plain = VecMonitor(as_sb3(wrapped.unwrapped))
-    with pytest.raises(ConfigurationError, match=r"cps_agents.sb3.make"):
-        PPO(StickyPolicy, plain, **FAST)
-    with pytest.raises(ConfigurationError, match="neutral_start needs"):
-        neutral_start(PPO("MlpPolicy", plain, **FAST))
     envs = make(ATTACK, 2)
-    PPO(StickyPolicy, envs, **FAST).save(tmp_path / "model")
+    PPO("MlpPolicy", envs, **FAST).save(tmp_path / "model")
     env = inner(envs)
     with vouched(), pytest.raises(ConfigurationError, match="as the attacker of toy, not as the defender"):
         resolve_policy(f"sb3:{tmp_path / 'model.zip'}", env.game.spec("defender"))

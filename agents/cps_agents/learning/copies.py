@@ -11,7 +11,7 @@ import numpy as np
 from cps_agents.errors import CommandError
 from cps_agents.learning.ppo import Experience, Learner
 from cps_agents.learning.recipe import Recipe, changed
-from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, Observation
 
 

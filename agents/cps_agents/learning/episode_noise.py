@@ -17,7 +17,7 @@ from torch import Tensor
 from cps_agents.errors import CommandError
 from cps_agents.learning.ppo import Learner
 from cps_agents.learning.recipe import Recipe
-from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import FloatArray
 
 BETAS = (0.9, 0.98)  # of Adam, chosen: few steps

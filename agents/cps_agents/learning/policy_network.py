@@ -8,8 +8,9 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from cps_agents.learning.recipe import Ppo
 from cps_agents.zoo.network import Network, unscaled
-from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array
 
 ILLEGAL = -1e9  # logit of an action that is not legal; finite, so that entropies are
@@ -17,26 +18,26 @@ NORMAL = 0.5 * math.log(2 * math.pi)
 
 
 class PolicyNetwork(nn.Module):
-    """Two hidden layers each, for actions and for values. It starts as `core.learning.untrained` plays.
+    """Two hidden layers each, for actions and for values. It starts near the neutral action, or not, see `Ppo`.
 
     Rows are those of a `LearningVectorEnv`: their last columns are the last action and what is legal.
     """
 
-    def __init__(self, envs: LearningVectorEnv, hidden: int, generator: torch.Generator) -> None:
+    def __init__(self, envs: LearningVectorEnv, ppo: Ppo, generator: torch.Generator) -> None:
         super().__init__()
-        start, columns = envs.untrained, envs.wired.columns
-        self.choices, self.stickiness, self.masked = start.choices, start.stickiness, columns.mask
-        self.last = slice(columns.scaled, columns.scaled + columns.last_action)
+        columns, hidden = envs.wired.columns, ppo.hidden[0]
+        self.choices, self.masked = envs.wired.choices, columns.mask
         self.inputs = columns.size
         self.entries = len(self.choices) or columns.last_action
         self.policy = _layers(columns.size, hidden, columns.last_action, 0.0, generator)
         self.value = _layers(columns.size + envs.privileged().shape[1], hidden, 1, 1.0, generator)
-        bias = start.bias if self.choices else np.resize(start.neutral, self.entries)
+        neutral = np.ravel(envs.adapter.neutral_action)
+        bias = _logits(self.choices, neutral, ppo.neutral_bias) if self.choices else neutral
         with torch.no_grad():
             self.last_bias.copy_(torch.from_numpy(np.asarray(bias, np.float32)))
         self.log_deviation: nn.Parameter | None = None
         if not self.choices:
-            self.log_deviation = nn.Parameter(torch.full((self.entries,), math.log(start.deviation)))
+            self.log_deviation = nn.Parameter(torch.full((self.entries,), math.log(ppo.initial_deviation)))
 
     @property
     def last_bias(self) -> nn.Parameter:
@@ -47,8 +48,6 @@ class PolicyNetwork(nn.Module):
     def outputs(self, rows: Tensor) -> Tensor:
         """Logits or means (n, k) for rows (n, columns)."""
         found: Tensor = self.policy(rows)
-        if self.choices and self.stickiness:
-            found = found + self.stickiness * rows[:, self.last]
         if self.masked:
             found = found.masked_fill(rows[:, -self.masked :] <= 0, ILLEGAL)
         return found
@@ -92,7 +91,7 @@ class PolicyNetwork(nn.Module):
         return torch.split(outputs, list(self.choices), 1)
 
     def exported(self) -> Network:
-        """The policy without torch; stickiness and what is legal are the wiring's."""
+        """The policy without torch; what is legal is the wiring's."""
         layers = [(_array(each.weight), _array(each.bias)) for each in self.policy if isinstance(each, nn.Linear)]
         spread = None if self.log_deviation is None else _array(self.log_deviation)
         return unscaled(self.inputs, layers, "tanh", spread)
@@ -108,6 +107,12 @@ def _layers(inputs: int, hidden: int, outputs: int, gain: float, generator: torc
         nn.init.zeros_(layer.bias)
         layers += [layer, nn.Tanh()]
     return nn.Sequential(*layers[:-1])
+
+
+def _logits(choices: tuple[int, ...], neutral: Array, bonus: float) -> Array:
+    """Logits (k,) that are `bonus` for the neutral value of each entry, and zero else."""
+    parts = [bonus * (np.arange(count) == value) for count, value in zip(choices, neutral, strict=True)]
+    return np.concatenate(parts)
 
 
 def _array(tensor: Tensor) -> Array:

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from cps_agents.learning.policy_network import PolicyNetwork
 from cps_agents.learning.recipe import Recipe
-from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 
 LAST_EPISODES = 200  # whose mean return is reported
@@ -60,7 +60,7 @@ class Learner:
         torch.set_num_threads(1)
         self.envs, self.recipe = envs, recipe
         self.generator = torch.Generator().manual_seed(seed)
-        self.network = PolicyNetwork(envs, recipe.ppo.hidden[0], self.generator)
+        self.network = PolicyNetwork(envs, recipe.ppo, self.generator)
         self.optimizer = self.make_optimizer()
         self.rates = [float(group["lr"]) for group in self.optimizer.param_groups]
         self.updates, self.steps, self.cpu_s = 0, 0, 0.0

@@ -54,6 +54,8 @@ class Ppo:
     """
 
     hidden: tuple[int, ...] = (64, 64)  # units of the layers, of policy and value each
+    neutral_bias: float = 0.0  # added to the first logits of the neutral action
+    initial_deviation: float = 0.3  # of the first continuous actions
     n_steps: int = 64  # of each environment, between updates
     rows_per_update: int = 20_000  # at most, drawn from all decisions since the last update
     batch_size: int = 4096

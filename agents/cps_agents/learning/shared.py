@@ -29,7 +29,7 @@ from cps_agents.zoo.own import card_of_network
 from cps_agents.zoo.wired import Head, wired_policy, with_scaling
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.game.play import play_episodes
-from cps_envs.core.learning.learning_env import LearningVectorEnv
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.learning.wiring import Scaling
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.policies.policy import Idle, Policy
@@ -196,10 +196,13 @@ class Keeper:
 
     def _card(self, facts: Mapping[str, Any]) -> Card:
         """The card of the policy with the `facts` about its training seed."""
-        job, recipe, network = self._job, self._job.recipe, self._learner.network
+        job, recipe, envs = self._job, self._job.recipe, self._learner.envs
         return card_of_network(
-            self._learner.envs,
-            Head(network.stickiness, sampled=recipe.training.sampled),
+            envs,
+            recipe.role,
+            envs.wired.space(),
+            envs.single_action_space,
+            Head(sampled=recipe.training.sampled),
             name=recipe.name,
             problem=recipe.problem,
             algorithm=recipe.algorithm if recipe.start or facts.get("steps") else "untrained",

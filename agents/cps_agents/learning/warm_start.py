@@ -17,7 +17,7 @@ from cps_envs.core.declare.training import Training
 from cps_envs.core.learning.wiring import Scaling, Wiring
 
 SEEN = {entry.name for entry in fields(Wiring)} & {entry.name for entry in fields(Training)}
-SAME = ("problem", "role", *sorted(SEEN), "run_s", "hidden")  # knobs that both need alike
+SAME = ("problem", "role", *sorted(SEEN), "hidden")  # knobs that both need alike
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from cps_envs.core.types import Role
 from cps_envs.disbanding import panels as disbanding
 from cps_envs.fdi import panels as fdi
 from cps_envs.hvac import panels as hvac
-from cps_envs.rogue import panels as rogue
 
 PPO = {entry.name for entry in fields(Ppo)}
 USUAL_STEPS = 3_000_000  # of a problem of one's own
@@ -24,6 +23,11 @@ USUAL_STEPS = 3_000_000  # of a problem of one's own
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     # Four or five decisions in an episode, and what is drawn in it decides the most.
     ("disbanding", "attacker"): {
+        "frame_skip": 30,
+        "n_steps": 12,
+        "learning_rate": 2e-3,
+        "final_learning_rate": 2e-4,
+        "gae_lambda": 0.99,
         "total_timesteps": 800_000,
         "copies": 4,
         "num_envs": 48,
@@ -35,6 +39,11 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluation_episodes": 144,
     },
     ("disbanding", "defender"): {  # what one platoon does for a while hardly shows: noise that lasts, and renewed plans
+        "n_steps": 1,
+        "batch_size": 64,
+        "n_epochs": 4,
+        "ent_coef": 0.0,
+        "gae_lambda": 1.0,
         "total_timesteps": 2_400_000,
         "adapter": "follow",
         "frame_skip": 100,
@@ -49,18 +58,35 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluations": 3,
     },
     ("rogue", "attacker"): {  # scattered platoons pay until the end, so it looks far ahead
-        "total_timesteps": 2_000_000,
-        "opponent": mixed(rogue.RECIPES["defender"]),
-        "num_envs": 256,
-        "n_steps": 32,
+        "total_timesteps": 400_000,
         "gamma": 0.996,
         "evaluations": 3,
         "evaluation_episodes": 192,
     },
-    ("rogue", "defender"): {"total_timesteps": 1_800_000, "evaluations": 4, "evaluation_episodes": 512},
+    ("rogue", "defender"): {  # begins as `guard`, and learns where vehicles near a suspect do better
+        "total_timesteps": 1_800_000,
+        "adapter": "guard",
+        "frame_skip": 5,
+        "recent_s": (3.0, 20.0),
+        "rough_s": 1.0,
+        "neutral_bias": 3.0,
+        "shared_pay": False,
+        "n_steps": 64,
+        "batch_size": 4096,
+        "n_epochs": 5,
+        "learning_rate": 3e-3,
+        "final_learning_rate": 3e-4,
+        "ent_coef": 0.0,
+        "gamma": 0.98,
+        "gae_lambda": 0.9,
+        "target_kl": 0.03,
+        "evaluations": 4,
+        "evaluation_episodes": 512,
+    },
     ("hvac", "attacker"): {
         "total_timesteps": 5_000_000,
         "opponent": mixed(hvac.RECIPES["defender"]),
+        "pay_power": 0.5,
         "evaluations": 2,
         "evaluation_episodes": 256,
     },
@@ -80,6 +106,13 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     ("fdi", "defender"): {
         "total_timesteps": 1_000_000,
         "opponent": mixed(fdi.RECIPES["attacker"]),
+        "frame_skip": 3,
+        "neutral_bias": 2.0,
+        "n_steps": 17,
+        "n_epochs": 3,
+        "learning_rate": 7e-3,
+        "final_learning_rate": 0.1 * 7e-3,
+        "target_kl": 0.03,
         "rows_per_update": 12_288,
         "evaluations": 6,
         "evaluation_episodes": 512,
@@ -87,11 +120,19 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     ("hvac", "defender"): {  # begins as `bayes`, whose choices are seldom wrong, and learns from what differs
         "total_timesteps": 500_000,
         "adapter": "bayes",
+        "frame_skip": 10,
+        "recent_s": (3600.0, 14400.0),
         "initial_deviation": 0.25,
         "relative": True,
         "learning_rate": 2e-3,
         "final_learning_rate": 2e-4,
         "num_envs": 128,
+        "n_steps": 36,
+        "batch_size": 4608,
+        "n_epochs": 5,
+        "gamma": 0.98,
+        "gae_lambda": 0.9,
+        "target_kl": 0.03,
         "evaluations": 2,
         "evaluation_episodes": 256,
     },

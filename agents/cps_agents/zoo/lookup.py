@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.files import load
-from cps_agents.zoo.wired import WiredPolicy, wired_policy
+from cps_agents.zoo.wired import Head, WiredPolicy, wired_policy
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
 from cps_envs.core.learning.wiring import WiredBox
 from cps_envs.core.policies.policy import Policy, RoleSpec
@@ -59,7 +59,10 @@ def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = 
 
 
 def playable(policy: Policy, spec: RoleSpec, *, sampled: bool = False) -> Policy:
-    """A policy for a role from an object: a model that was trained in `cps_agents.sb3.make` plays as it did there.
+    """A policy for a role from an object: what was trained in the interface for learners plays through it.
+
+    That is a model of stable-baselines3, or any object with its `predict` and an `observation_space` from there. A
+    recurrent one is handed its state, and `episode_start` where an episode begins.
 
     Raises:
         ConfigurationError: the model does not fit the role.
@@ -67,8 +70,12 @@ def playable(policy: Policy, spec: RoleSpec, *, sampled: bool = False) -> Policy
     space = getattr(policy, "observation_space", None)
     if not isinstance(space, WiredBox):
         return policy
-    from cps_agents.sb3_policy import head_of, outputs_of_model
+    if not hasattr(policy, "policy"):
+        return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), policy)
+    from cps_agents.sb3_models import RowsFirst, head_of, outputs_of_model
 
+    if hasattr(policy.policy, "lstm_actor"):
+        return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), RowsFirst(policy))
     return WiredPolicy(spec, space.wiring, outputs_of_model(policy), head_of(policy, sampled=sampled))
 
 

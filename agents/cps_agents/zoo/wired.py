@@ -18,7 +18,7 @@ from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.learning.wiring import Wired, Wiring
 from cps_envs.core.policies.adapter import adapter_of
-from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.policy import AnalyticPolicy, Policy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, Generators, Knowledge, Observation, State
 from cps_envs.registration import PROBLEMS, find_problem
@@ -31,7 +31,6 @@ Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logi
 class Head:
     """How the outputs of a network become actions."""
 
-    stickiness: float = 0.0  # added to the logit of the agent's last action
     log_deviation: Array | None = None  # of Gaussian actions, (k,)
     sampled: bool = False  # drawn, and not the most likely ones
 
@@ -39,12 +38,17 @@ class Head:
 class WiredPolicy(AnalyticPolicy):
     """Plays outputs through a wiring, with draws from each episode's own generator if it is to draw.
 
+    A `memory` decides by itself instead: its `predict` gets rows (n, columns) and the state that it has returned for
+    their episodes, arrays (n, ...), None at first; where `episode_start` (n,) is true they are zeros.
+
     Raises:
         ConfigurationError: the wiring is of another problem or role, or does not fit the configuration.
         UnknownNameError: there is no such adapter.
     """
 
-    def __init__(self, spec: RoleSpec, wiring: Wiring, outputs: Outputs, head: Head) -> None:
+    def __init__(
+        self, spec: RoleSpec, wiring: Wiring, outputs: Outputs | None, head: Head, memory: Policy | None = None
+    ) -> None:
         super().__init__(spec)
         if (wiring.problem, wiring.role) != (spec.problem, spec.role):
             raise ConfigurationError(
@@ -52,61 +56,76 @@ class WiredPolicy(AnalyticPolicy):
             )
         self.wired = Wired(wiring, adapter_of(spec, wiring.adapter))
         self.masked, self.decentralised = wiring.masked, self.wired.adapter.local
-        self._outputs, self._head = outputs, head
-        columns = self.wired.columns
-        self._last = slice(columns.scaled, columns.scaled + columns.last_action)
+        self._outputs, self._head, self._memory = outputs, head, memory
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """The state of each episode: its generator, and the state of the wiring."""
-        own = np.empty(len(generators), object)
+        """The state of each episode: its generator, what is remembered, and the state of the wiring."""
+        own, remembered = np.empty((2, len(generators)), object)
         own[:] = generators
-        return own, *self.wired.begin(len(generators))
+        return own, remembered, *self.wired.begin(len(generators))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The role's action; agents decide only where a decision is due, and keep theirs elsewhere."""
-        wired, (generators, *rest) = self.wired, state
+        wired, (generators, remembered, *rest) = self.wired, state
         own: State = tuple(rest)
-        due = wired.due(own)
+        due = wired.due(seen, own)
         if wired.averages or due.any():
             own = wired.see(seen, own)
         if due.any():
             drawn = self._head.sampled and not seen.deterministic
-            asked = due if drawn else due & wired.active(seen, own).any(axis=1)  # elsewhere nothing has an effect
-            actions = own[3].copy()
-            if asked.any():
-                chosen = self._decide(wired.inputs(seen, own)[asked], generators[asked] if drawn else None)
-                actions[asked] = chosen.reshape(-1, *actions.shape[1:])
+            actions, asked = own[3].copy(), due
+            if self._memory is not None:
+                remembered = remembered.copy()
+                rows = wired.inputs(seen, own)[due]
+                actions[due], remembered[due] = self._recall(self._memory, rows, remembered[due], drawn)
+            elif (asked := due if drawn else due & wired.active(seen, own).any(axis=1)).any():  # else without effect
+                actions[asked] = self._decide(wired.inputs(seen, own)[asked], generators[asked] if drawn else None)
             own = wired.keep(seen, own, actions)
         action, own = wired.act(seen, own)
-        return action, (generators, *own)
+        return action, (generators, remembered, *own)
+
+    def _recall(self, memory: Policy, rows: Observation, remembered: Array, drawn: bool) -> tuple[Array, Array]:
+        """Actions (b, A, ...) for rows (b, A, columns), and what is remembered now of each episode (b,)."""
+        wired, starts = self.wired, np.array([each is None for each in remembered])
+        state: State | None = None
+        if not starts.all():
+            known = next(each for each in remembered if each is not None)
+            blank = tuple(np.zeros_like(part) for part in known)
+            state = tuple(
+                map(np.concatenate, zip(*(blank if each is None else each for each in remembered), strict=True))
+            )
+        flat = rows.reshape(len(rows) * wired.rows, -1)
+        actions, after = memory.predict(flat, state, np.repeat(starts, wired.rows), deterministic=not drawn)
+        fresh = np.empty(len(rows), object)
+        by_episode = [part.reshape(len(rows), wired.rows, *part.shape[1:]) for part in after or ()]
+        fresh[:] = list(zip(*by_episode, strict=True)) if by_episode else None
+        return wired.row_actions(np.asarray(actions)), fresh
 
     def _decide(self, rows: Observation, generators: Array | None) -> Array:
         """Actions (b, A, entries) for rows (b, A, columns) of the environments that decide."""
-        shape, width = rows.shape[:2], rows.shape[2]
-        flat = rows.reshape(-1, width)
-        found = np.asarray(self._outputs(flat))
-        size = (shape[1], found.shape[1])
-        if not self.wired.choices:
+        wired = self.wired
+        assert self._outputs is not None
+        found = np.asarray(self._outputs(rows.reshape(len(rows) * wired.rows, -1)))
+        size = (wired.rows, found.shape[1])
+        if not wired.choices:
             if generators is not None and self._head.log_deviation is not None:
                 noise = np.concatenate([generator.standard_normal(size) for generator in generators])
                 found = found + np.exp(self._head.log_deviation) * noise
-            clipped: Array = np.clip(found, -1.0, 1.0)
-            return clipped.reshape(*shape, -1)
-        logits = found + np.float32(self._head.stickiness) * flat[:, self._last]
+            return wired.row_actions(np.clip(found, -1.0, 1.0))
         if generators is not None:
-            logits = logits + np.concatenate([generator.gumbel(size=size) for generator in generators])
-        if self.wired.columns.mask:
-            logits = np.where(flat[:, -self.wired.columns.mask :] > 0, logits, -np.inf)
-        ends = np.cumsum(self.wired.choices)
-        parts = [logits[:, end - count : end] for end, count in zip(ends, self.wired.choices, strict=True)]
-        return np.stack([part.argmax(axis=1) for part in parts], axis=1).reshape(*shape, -1)
+            found = found + np.concatenate([generator.gumbel(size=size) for generator in generators])
+        if wired.columns.mask:
+            found = np.where(wired.legal(rows), found, -np.inf)
+        ends = np.cumsum(choices_of(wired.action_space))
+        parts = [part.argmax(axis=1) for part in np.split(found, ends[:-1], axis=1)]
+        return wired.row_actions(np.stack(parts, axis=1) if len(parts) > 1 else parts[0])
 
 
 def card_entry(wiring: Wiring, head: Head) -> dict[str, Any]:
     """A wiring as a card has it; the scaling is of a training seed and lies with its weights."""
     entry = {name: value for name, value in asdict(wiring).items() if name not in ("problem", "role", *SCALING)}
     entry |= {name: list(value) for name, value in entry.items() if isinstance(value, tuple)}
-    return entry | {"stickiness": head.stickiness, "sampled": head.sampled}
+    return entry | {"sampled": head.sampled}
 
 
 def with_scaling(network: Network, wiring: Wiring) -> Network:
@@ -125,8 +144,8 @@ def wired_policy(spec: RoleSpec, card: Card, network: Network, *, sampled: bool 
     """
     check_role(card, spec)
     entry = dict(card.wiring)
-    stickiness, usual = entry.pop("stickiness"), entry.pop("sampled")
-    head = Head(stickiness, network.log_deviation, usual if sampled is None else sampled)
+    usual = entry.pop("sampled")
+    head = Head(network.log_deviation, usual if sampled is None else sampled)
     tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
     plain = Wiring(spec.problem, spec.role, **{**entry, **tuples})
     columns = Wired(plain, adapter_of(spec, plain.adapter)).columns
@@ -134,7 +153,7 @@ def wired_policy(spec: RoleSpec, card: Card, network: Network, *, sampled: bool 
     unscaled = replace(network, mean=np.zeros_like(network.mean), deviation=np.ones_like(network.deviation))
     wiring = replace(plain, mean=mean, deviation=deviation)
     policy = WiredPolicy(spec, wiring, unscaled.forward, head)
-    space, size = policy.wired.adapter.action_space, policy.wired.columns.size
+    space, size = policy.wired.action_space, policy.wired.columns.size * policy.wired.together
     if (count_actions(space), size) != (card.actions, card.observation_size):
         raise ConfigurationError(
             f"{card.name} has actions {card.actions} and {card.observation_size} inputs, adapter {wiring.adapter!r} "
