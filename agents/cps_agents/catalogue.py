@@ -35,7 +35,6 @@ def describe_problem(problem: Problem) -> dict[str, Any]:
         "name": problem.name,
         "summary": problem.summary,
         "gymnasium": {role: f"{problem.namespace}:{problem.env_id(role)}" for role in ROLES if known},
-        "discrete": {role: f"{problem.namespace}:{problem.discrete_id(role)}" for role in problem.discrete if known},
         "pettingzoo": pettingzoo_ids(problem) if known else {},
         "presets": list(problem.presets),
         "policies": {role: [asdict(entry) for entry in policies(problem, role)] for role in ROLES},

@@ -1,21 +1,19 @@
-"""The door for TorchRL: both roles of a problem in a batch of episodes, for self-play and multi-agent learning."""
+"""The door for TorchRL: both roles of a problem, or a team, in a batch of episodes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import lcm
 from typing import Any
 
 import numpy as np
 import torch
 
-from cps_envs.core.compute.generators import seeded
+from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.declare.seeds import MOST_RUNS, training_seed
-from cps_envs.core.errors import ConfigurationError, require
-from cps_envs.core.game.match import Match
-from cps_envs.core.interfaces.outside import Outside
-from cps_envs.core.learning.learning_env import LearningVectorEnv
-from cps_envs.core.learning.wired_player import WiredPlayer
+from cps_envs.core.errors import require
+from cps_envs.core.interfaces.agents_vector_env import AgentsVectorEnv
+from cps_envs.core.interfaces.parallel_env import RolesVectorEnv
+from cps_envs.core.interfaces.swarm_env import SwarmVectorEnv
 from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.registration import find_problem
 
@@ -27,81 +25,39 @@ except ImportError:
     require("torchrl", extra="torchrl", purpose="training with TorchRL")
     raise
 
-MEASURED = 64  # episodes of the pass that measures how inputs are scaled
 FIRST = 8  # decisions of an episode from which on first episodes are cut at different times
 
 
-class DuelEnv(EnvBase):
-    """B episodes in which attacker and defender are both learned: a group of agents for each role.
+class GroupsEnv(EnvBase):
+    """B episodes of a batch of agents `envs`, with a group of agents for each role that is played from outside.
 
     Entries are `("attacker", "observation")` (B, A, n), `("attacker", "action")`, `("attacker", "reward")` (B, A, 1),
-    and the same for the defender. Each agent of a team is paid for its own part. All decide every `frame_skip` steps of
-    the game. Inputs are those of `cps_envs.learning_env`: scaled once, with averages, last action and masks.
-    `sides[role]` is that environment; its `single_observation_space` says which column is what, and
-    `cps_agents.zoo.own.save_network` takes it to keep a network that was trained here.
+    and the same for the defender. `group_map` has the agents of each group. `cps_agents.save_network(folder, env.envs,
+    layers, agent="attacker_0")` keeps a network that was trained here.
 
     The clock's end is `terminated`. Only first episodes are `truncated`, each at a time of its own, so that batches
     have all parts of an episode.
     """
 
-    def __init__(
-        self,
-        problem: str,
-        num_envs: int = 256,
-        frame_skip: int = 1,
-        *,
-        preset: str = "learning",
-        adapters: Mapping[Role, str] | None = None,
-        seed: int = 0,
-        **overrides: Any,
-    ) -> None:
-        """`adapters` names what the roles are played through; those of their training settings where left out.
-
-        Raises:
-            ConfigurationError: a role does not decide every `frame_skip` steps, or a value that cannot be right.
-            UnknownNameError: there is no such problem or adapter.
-        """
-        found = find_problem(problem)
-        self.game = found.game(found.config(preset, overrides), num_envs)
-        intervals = self.game.decision_interval
-        if frame_skip % lcm(*intervals.values()):
-            raise ConfigurationError(
-                f"frame_skip = {frame_skip} must be a multiple of the decision intervals {intervals}"
-            )
-        self._frame_skip, self._match = frame_skip, Match(self.game, {})
-        super().__init__(device="cpu", batch_size=torch.Size([num_envs]))
-        self.sides = {
-            role: LearningVectorEnv(
-                found,
-                role,
-                MEASURED,
-                preset=preset,
-                adapter=(adapters or {}).get(role),
-                frame_skip=frame_skip // intervals[role],
-                **overrides,
-            )
-            for role in ROLES
-        }
-        self._players = {
-            role: WiredPlayer(Outside(self.game, role, env.training.adapter), env.wired.wiring, num_envs)
-            for role, env in self.sides.items()
-        }
-        self._make_specs(num_envs)
+    def __init__(self, envs: AgentsVectorEnv, *, seed: int = 0) -> None:
+        self.envs = envs
+        super().__init__(device="cpu", batch_size=torch.Size([envs.num_envs]))
+        self.group_map = {role: list(envs.agents_of[role]) for role in ROLES if role in envs.agents_of}
+        self._make_specs(envs.num_envs)
         self._set_seed(seed)
 
     def _make_specs(self, num_envs: int) -> None:
         """The specifications of what goes in and out."""
-        batch, groups = torch.Size([num_envs]), self._players
-        shape = {role: (num_envs, len(player.outside.agents)) for role, player in groups.items()}
-        seen = {
-            role: Composite(observation=Unbounded((*shape[role], player.wired.columns.size)), shape=shape[role])
-            for role, player in groups.items()
-        }
+        batch, envs = torch.Size([num_envs]), self.envs
+        shape = {role: (num_envs, len(names)) for role, names in self.group_map.items()}
+        first = {role: names[0] for role, names in self.group_map.items()}
+        size = {role: int(np.prod(envs.observation_space(name).shape or ())) for role, name in first.items()}
+        seen = {role: Composite(observation=Unbounded((*shape[role], size[role])), shape=shape[role]) for role in first}
         acted = {
-            role: Composite(action=_action_spec(player, shape[role]), shape=shape[role])
-            for role, player in groups.items()
+            role: Composite(action=_action_spec(envs.action_space(name), shape[role]), shape=shape[role])
+            for role, name in first.items()
         }
-        paid = {role: Composite(reward=Unbounded((*shape[role], 1)), shape=shape[role]) for role in groups}
+        paid = {role: Composite(reward=Unbounded((*shape[role], 1)), shape=shape[role]) for role in first}
         ends = {
             name: Categorical(2, shape=(num_envs, 1), dtype=torch.bool) for name in ("done", "terminated", "truncated")
         }
@@ -112,59 +68,87 @@ class DuelEnv(EnvBase):
 
     def _set_seed(self, seed: int | None) -> None:
         """Number the training run; its episodes are never those of an evaluation."""
-        count = self.batch_size[0]
-        first = training_seed((seed or 0) % MOST_RUNS)  # TorchRL draws large ones
-        self._generators = seeded(range(first, first + count))
-        decisions = -(-self.game.horizon // self._frame_skip)
-        begins = np.random.default_rng(first).integers(1, decisions + 1, count)
-        self._cut: Array = begins if decisions >= FIRST else np.zeros(count, np.int64)
+        self._first: int | None = training_seed((seed or 0) % MOST_RUNS)  # TorchRL draws large ones
+        decisions = -(-self.envs.game.horizon // self.envs.interval)
+        begins = np.random.default_rng(self._first).integers(1, decisions + 1, self.batch_size[0])
+        self._cut: Array = begins if decisions >= FIRST else np.zeros(self.batch_size[0], np.int64)
 
     def _reset(self, tensordict: TensorDictBase | None = None, **_: Any) -> TensorDictBase:
         marks = None if tensordict is None else tensordict.get("_reset", None)
-        envs = np.ones(self.batch_size[0], np.bool_) if marks is None else marks.numpy().reshape(-1)
-        self._match.reset(envs, self._generators)
-        for player in self._players.values():
-            player.restart(envs)
+        chosen = {} if marks is None or self._first is not None else {"reset_mask": marks.numpy().reshape(-1)}
+        shown, _info = self.envs.reset(seed=self._first, options=chosen)
+        self._first = None
         never = torch.zeros((*self.batch_size, 1), dtype=torch.bool)
         ends = {name: never.clone() for name in ("done", "terminated", "truncated")}
-        return TensorDict({**self._rows(), **ends}, self.batch_size)
+        return TensorDict({**self._rows(shown), **ends}, self.batch_size)
 
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:
-        game, players = self.game, self._players
-        for role, player in players.items():
-            player.keep(tensordict[role, "action"].numpy())
-        rewards = {role: np.zeros((game.num_envs, len(player.outside.agents))) for role, player in players.items()}
-        live, held = np.ones(game.num_envs, np.bool_), dict[Role, Array]()
-        for step in range(self._frame_skip):
-            live = live & ~game.terminated & (game.elapsed < game.horizon)
-            for role, player in players.items():
-                if step % game.decision_interval[role] == 0:
-                    held[role] = player.act(first=step == 0)
-            payoff = self._match.step(held, live, 1)
-            for role, player in players.items():
-                rewards[role] += np.where(live[:, np.newaxis], player.outside.rewards(payoff), 0.0)
-        for player in players.values():
-            player.look()
-        over, self._cut = game.terminated | (game.elapsed >= game.horizon), self._cut - 1
+        actions = {
+            name: tensordict[role, "action"][:, place].numpy()
+            for role, names in self.group_map.items()
+            for place, name in enumerate(names)
+        }
+        shown, rewards, terminated, _, _info = self.envs.step(actions)
+        over, self._cut = next(iter(terminated.values())), self._cut - 1
         cut = (self._cut == 0) & ~over
         ends = {"done": over | cut, "terminated": over, "truncated": cut}
-        found = self._rows()
-        for role, reward in rewards.items():
-            found[role]["reward"] = _tensor(reward[..., np.newaxis])
+        found = self._rows(shown)
+        for role, names in self.group_map.items():
+            found[role]["reward"] = _tensor(np.stack([rewards[name] for name in names], axis=1)[..., np.newaxis])
         marks = {name: torch.from_numpy(marked[:, np.newaxis].copy()) for name, marked in ends.items()}
         return TensorDict({**found, **marks}, self.batch_size)
 
-    def _rows(self) -> dict[str, TensorDict]:
+    def _rows(self, shown: Mapping[str, Array]) -> dict[str, TensorDict]:
         """What the agents see now."""
         return {
-            role: TensorDict({"observation": _tensor(player.rows())}, (*self.batch_size, len(player.outside.agents)))
-            for role, player in self._players.items()
+            role: TensorDict(
+                {"observation": _tensor(np.stack([shown[name] for name in names], axis=1))},
+                (*self.batch_size, len(names)),
+            )
+            for role, names in self.group_map.items()
         }
 
 
-def _action_spec(player: WiredPlayer, shape: tuple[int, int]) -> Any:
+class DuelEnv(GroupsEnv):
+    """B episodes in which attacker and defender are both learned: a group of agents for each role.
+
+    It is the batched `parallel_env(num_envs=B)` of the problem, which is `envs`: a step lasts until the first of the
+    agents decides again, and each agent of a team is paid for its own part.
+    """
+
+    def __init__(self, problem: str, num_envs: int = 256, *, seed: int = 0, **options: Any) -> None:
+        """`options` are those of `parallel_env`, such as `preset`, `adapters` and `frame_skip`.
+
+        Raises:
+            ConfigurationError: a value that cannot be right.
+            UnknownNameError: there is no such problem or adapter.
+        """
+        super().__init__(RolesVectorEnv(find_problem(problem), num_envs, autoreset="disabled", **options), seed=seed)
+
+
+class TeamEnv(GroupsEnv):
+    """B episodes of a team against a fixed opponent: the batched `swarm_env(role, num_envs=B)`, which is `envs`.
+
+    The team is the one group, named after its role. A step is one decision of the team.
+    """
+
+    def __init__(
+        self, problem: str, num_envs: int = 256, *, role: Role = "defender", seed: int = 0, **options: Any
+    ) -> None:
+        """`options` are those of `swarm_env`, such as `opponent`, `adapter`, `shared_pay` and `flat`.
+
+        Raises:
+            ConfigurationError: a value that cannot be right.
+            TypeError: the role has no team.
+            UnknownNameError: there is no such problem, opponent or adapter.
+        """
+        envs = SwarmVectorEnv(find_problem(problem), role, num_envs, autoreset="disabled", **options)
+        super().__init__(envs, seed=seed)
+
+
+def _action_spec(space: Any, shape: tuple[int, int]) -> Any:
     """The specification of the agents' actions (B, A, ...)."""
-    space, choices = player.wired.adapter.action_space, player.wired.choices
+    choices = choices_of(space)
     if not choices:
         return Bounded(-1.0, 1.0, (*shape, *(space.shape or ())))
     if space.shape == ():

@@ -23,7 +23,7 @@ from cps_envs.core.compute.generators import seeded
 from cps_envs.core.compute.kernel_cache import UNKEPT
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.outside import Outside
+from cps_envs.core.learning.outside import Outside
 from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES, Role
 
@@ -123,7 +123,7 @@ def _adapter(problem: Problem, role: Role, name: str) -> None:
 def _vector(env_id: str) -> None:
     """Batches with both ways of starting anew, which they do after two decisions."""
     for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP):
-        envs: Any = gymnasium.make_vec(env_id, ENVS, "vector_entry_point", autoreset_mode=mode, max_episode_steps=2)
+        envs: Any = gymnasium.make_vec(env_id, ENVS, "vector_entry_point", autoreset=mode, max_episode_steps=2)
         _, info = envs.reset(seed=0)
         neutral = np.stack([envs.game.neutral_action[envs.role]] * ENVS)
         for _ in range(DECISIONS + 1):

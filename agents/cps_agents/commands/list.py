@@ -57,7 +57,6 @@ def _show_problem(problem: Mapping[str, Any]) -> None:
 
 def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
     rows = [(f"gymnasium, {role}", name) for role, name in problem["gymnasium"].items()]
-    rows += [(f"gymnasium, {role}, Discrete", name) for role, name in problem["discrete"].items()]
     rows += [(f"pettingzoo, {form}", name) for form, name in problem["pettingzoo"].items()]
     return [*rows, ("presets", ", ".join(problem["presets"]))]
 
