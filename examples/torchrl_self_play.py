@@ -16,10 +16,11 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import torch
 from tensordict import TensorDictBase
 from tensordict.nn import TensorDictModule, TensorDictSequential
-from torch import Tensor, nn
+from torch import nn
 from torch.distributions import Categorical, Independent
 from torch.nn import functional
 from torchrl.collectors import Collector
@@ -28,7 +29,7 @@ from torchrl.objectives import ClipPPOLoss, ValueEstimators
 
 from cps_agents import save_network
 from cps_agents.torchrl import DuelEnv
-from cps_envs import WiredBox, find_problem, play_episodes, types
+from cps_envs import find_problem, play_episodes, types
 
 NEVER = -1e9  # logit of what is no choice
 HORIZON = 20  # decisions over which rewards add up; chosen, of the order of what gamma and lambda look ahead
@@ -41,7 +42,6 @@ class Args:
     problem: str = "fdi"  # one whose roles have discrete actions
     cpu_seconds: float = 120.0  # of training, judging left out
     num_envs: int = 256
-    frame_skip: int = 5  # steps of the game for which both sides keep their actions
     num_steps: int = 20  # decisions of each episode between two updates
     epochs: int = 4
     batch_size: int = 1280  # decisions of both sides
@@ -68,22 +68,6 @@ class Network(nn.Sequential):
         super().__init__(*layers[:-1])
 
 
-class Logits(nn.Module):
-    """Logits (..., k) that start near the neutral action, and have a bonus for the last action."""
-
-    def __init__(self, space: WiredBox) -> None:
-        super().__init__()
-        columns, start = space.columns, space.untrained
-        self.last, self.stickiness = slice(columns.scaled, columns.scaled + columns.last_action), start.stickiness
-        self.network = Network(columns.size, columns.last_action, gain=0.0)
-        with torch.no_grad():
-            self.network[-1].bias.copy_(torch.as_tensor(start.bias))
-
-    def forward(self, rows: Tensor) -> Tensor:
-        """For inputs (..., n)."""
-        return self.network(rows) + self.stickiness * rows[..., self.last]
-
-
 def distribution(choices: tuple[int, ...]) -> Any:
     """What draws actions from logits: a number, or one for each of the choices, which may be of different sizes."""
     if len(choices) == 1:
@@ -100,17 +84,19 @@ def distribution(choices: tuple[int, ...]) -> Any:
 
 def learner(env: DuelEnv, role: types.Role, args: Args) -> ClipPPOLoss:
     """Policy and value function of a role, whose agents share them, and the loss of both."""
-    space = env.sides[role].single_observation_space
+    agent = next(name for name, own in env.envs.roles.items() if own == role)
+    choices = np.ravel(getattr(env.envs.action_space(agent), "nvec", getattr(env.envs.action_space(agent), "n", 0)))
+    size = env.envs.observation_space(agent).shape[0]
     seen, logits, action, likelihood = (role, "observation"), (role, "logits"), (role, "action"), (role, "likelihood")
     actor = ProbabilisticActor(
-        TensorDictModule(Logits(space), [seen], [logits]),
+        TensorDictModule(Network(size, int(choices.sum()), gain=0.01), [seen], [logits]),
         in_keys={"logits": logits},
         out_keys=[action],
-        distribution_class=distribution(space.untrained.choices),
+        distribution_class=distribution(tuple(choices.tolist())),
         return_log_prob=True,
         log_prob_key=likelihood,
     )
-    critic = TensorDictModule(Network(space.columns.size, 1, gain=1.0), [seen], [(role, "state_value")])
+    critic = TensorDictModule(Network(size, 1, gain=1.0), [seen], [(role, "state_value")])
     loss = ClipPPOLoss(
         actor, critic, entropy_coeff=0.003, critic_coeff=0.5, loss_critic_type="l2", normalize_advantage=True
     )
@@ -138,11 +124,11 @@ def judge(env: DuelEnv, losses: dict[types.Role, ClipPPOLoss], args: Args) -> di
     """What is paid to the attacker when each side plays a fixed opponent; kept in `args.out` along the way."""
     problem, paid = find_problem(args.problem), {}
     for role, other in zip(types.ROLES, reversed(types.ROLES), strict=True):
-        side, logits = env.sides[role], losses[role].actor_network.module[0].module
-        layers = [(each.weight.detach(), each.bias.detach()) for each in logits.network if isinstance(each, nn.Linear)]
-        name = save_network(f"{args.out}/{args.problem}-{role}", side, layers, stickiness=logits.stickiness)
-        pair = {role: name, other: side.opponent}
-        found = play_episodes(problem, side.config, pair, range(args.episodes))
+        agent = next(name for name, own in env.envs.roles.items() if own == role)
+        network = losses[role].actor_network.module[0].module
+        name = save_network(f"{args.out}/{args.problem}-{role}", env.envs, network, agent=agent)
+        pair = {role: name, other: problem.opponent("learning", other)}
+        found = play_episodes(problem, env.envs.config, pair, range(args.episodes))
         paid[role] = float(found["return"].mean())
     return paid
 
@@ -151,7 +137,7 @@ def train(args: Args) -> list[tuple[float, float, float]]:
     """Train both; for each judgement CPU seconds, and what the attacker gets with the learned attacker and defender."""
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)
-    env = DuelEnv(args.problem, args.num_envs, args.frame_skip, seed=args.seed)
+    env = DuelEnv(args.problem, args.num_envs, seed=args.seed)
     losses = {role: learner(env, role, args) for role in types.ROLES}
     optimizers = {
         role: torch.optim.Adam(loss.parameters(), args.learning_rate, eps=1e-5) for role, loss in losses.items()

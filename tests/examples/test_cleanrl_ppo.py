@@ -1,4 +1,4 @@
-"""PPO in one file: every kind of role, and a network that any command plays."""
+"""PPO of 100 lines through `gymnasium.make_vec` alone: it plays every role, and learns each of them in a CPU minute."""
 
 from __future__ import annotations
 
@@ -9,9 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_agents.zoo.files import load
-from cps_envs.core.declare.actions import choices_of
+from cps_envs import PROBLEMS
+from cps_envs.core.interfaces.registration import class_name
+from cps_envs.core.types import ROLES
 from tests.agents.command_line import invoke
+
+ROLE_NAMES = {
+    f"{problem.name}-{'attack' if role == 'attacker' else 'defense'}": class_name(problem, role)
+    for problem in PROBLEMS.values()
+    for role in ROLES
+}
+MOST_LINES, SHARE, CPU_S = 100, 0.8, 60.0
 
 
 @pytest.fixture
@@ -21,50 +29,43 @@ def cleanrl(monkeypatch: pytest.MonkeyPatch) -> Any:
     return import_module("cleanrl_ppo")
 
 
-TINY = {"opponent": "none", "cpu_seconds": 0.01, "num_envs": 2, "baseline": "none", "episodes": 2}
+def test_it_is_as_short_as_it_says(cleanrl: Any) -> None:
+    assert len(Path(cleanrl.__file__).read_text().splitlines()) <= MOST_LINES
 
 
-@pytest.mark.parametrize(
-    ("role", "entries"),
-    [("RogueAttack", 1), ("FdiDefense", 3), ("DisbandingAttack", 3), ("DisbandingDefense", 0)],
-    ids=["discrete", "team", "masked", "continuous"],
-)
-def test_an_update_of_every_kind_of_role(cleanrl: Any, role: str, entries: int, tmp_path: Path) -> None:
-    arguments = cleanrl.Args(role=role, out=str(tmp_path), **TINY)
-    envs, name, _ = cleanrl.train(arguments)
-    assert len(choices_of(envs.single_action_space)) == entries
-    card, network = load(tmp_path / role / "policy.json")
-    assert (card.problem, card.role, card.preset) == (envs.problem.name, envs.role, "learning")
-    assert any(np.abs(weight).max() > 0 for weight, _ in network.layers[-1:])  # the last layer began with zeros
-    assert cleanrl.judge(arguments, envs, name).keys() == {name, "none"}
+@pytest.mark.parametrize("role", ["RogueAttack", "FdiDefense"])
+def test_an_update_of_one_agent_and_of_a_team(cleanrl: Any, role: str, tmp_path: Path) -> None:
+    from cps_agents import save_network
+    from cps_agents.zoo.files import load
 
-
-def test_illegal_actions_are_never_drawn_and_an_action_lasts(cleanrl: Any) -> None:
-    import torch
-
-    import cps_envs
-
-    space = cps_envs.learning_env("DisbandingAttack", 2, adapter="native").single_observation_space
-    agent = cleanrl.Agent(space, [8])
-    rows = torch.zeros(500, space.columns.size)
-    rows[:, -2:] = 1.0  # the last two actions are legal
-    drawn, likelihood = agent.draw(rows)
-    assert set(drawn[:, 0].tolist()) == {space.columns.mask - 2, space.columns.mask - 1}
-    torch.testing.assert_close(agent.judge(agent.distributions(rows), drawn), likelihood)
-    space = cps_envs.learning_env("RogueAttack", 2).single_observation_space
-    rows = torch.zeros(500, space.columns.size)
-    rows[:, space.columns.scaled + 2] = 1.0  # what was done last
-    drawn, _ = cleanrl.Agent(space, [8]).draw(rows)
-    assert (drawn == 2).float().mean() > 0.8
+    envs, network = cleanrl.train(role, 0.01, seed=0, num_envs=2, opponent="none")
+    save_network(tmp_path / role, envs, network)
+    card, kept = load(tmp_path / role / "policy.json")
+    assert (card.problem, card.role, card.preset) == (envs.unwrapped.problem.name, envs.unwrapped.role, "learning")
+    np.testing.assert_array_equal(kept.layers[-1][1], network[-1].bias.detach().numpy())
 
 
 @pytest.mark.slow
-def test_it_learns_and_any_command_judges_it(cleanrl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("track", ROLE_NAMES)
+def test_it_learns_every_role_from_nothing(cleanrl: Any, track: str, tmp_path: Path) -> None:
+    """At least 80 % of the shipped network's score, by the mean of two seeds; hvac-attack has a score near 0: level."""
+    import cps_agents
+
+    scores: dict[str, list[float]] = {"untrained": [], "learned": []}
+    for seed in (0, 1):
+        for name, cpu_s in (("untrained", 0.0), ("learned", CPU_S)):
+            kept = cps_agents.save_network(tmp_path / f"{name}-{seed}", *cleanrl.train(ROLE_NAMES[track], cpu_s, seed))
+            scores[name].append(cps_agents.score(track, kept, split="dev").estimate.mean)
+    shipped = cps_agents.score(track, f"zoo:{track}", split="dev").estimate.mean
+    print(f"{track}: untrained {scores['untrained']}, learned {scores['learned']}, shipped network {shipped:.1f}")
+    assert np.mean(scores["learned"]) >= min(SHARE * shipped, shipped - 5.0)
+
+
+@pytest.mark.slow
+def test_any_command_judges_it(cleanrl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from cps_agents import save_network
+
     monkeypatch.setenv("CPS_ENVS_MEETINGS", str(tmp_path / "meetings"))
-    arguments = cleanrl.Args(out=str(tmp_path))
-    envs, name, history = cleanrl.train(arguments)
-    assert history[-1] > history[0] + 0.5
-    paid = cleanrl.judge(arguments, envs, name)
-    assert paid[name] > 1.2 > paid["none"] + 1.0  # m/s
+    name = save_network(tmp_path / "mine", *cleanrl.train("FdiAttack", 1.0, seed=0))
     words = f"evaluate fdi attacker --attacker {name} --defender cusum --baseline none --episodes 20 --jobs 1"
     assert invoke(*words.split()).exit_code == 0

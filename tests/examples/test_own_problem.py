@@ -46,7 +46,7 @@ def test_it_conforms(side: str, check: Check, tank: Problem) -> None:
     variants = [{"preset": "learning"}, {"preset": "learning", "opponent": "none"}]
     subject = find_subject(f"own_problem:own_problem/Tank{side}-v0", MINUTE, variants)
     if run_check(check, subject).status == "skipped":
-        assert check.__name__ in ("check_swarm", "check_live_swarm", "check_action_masks")
+        assert check.__name__ in ("check_swarm", "check_live_swarm", "check_action_masks", "check_flat", "check_cost")
 
 
 def test_the_program_prints_every_meeting(monkeypatch: pytest.MonkeyPatch) -> None:

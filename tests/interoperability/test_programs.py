@@ -10,7 +10,7 @@ import pytest
 
 HERE = Path(__file__).parent
 PPO = HERE.parents[1] / "tools" / "peers" / "cleanrl" / "ppo.py"
-IDS = ("DisbandingAttack", "HvacDefense", "FdiAttackDiscrete", "FdiDefenseDiscrete", "RogueDefenseDiscrete")
+IDS = ("FdiAttack", "HvacAttack", "RogueAttack", "RogueDefense")
 
 
 def run(folder: Path, *words: str) -> None:

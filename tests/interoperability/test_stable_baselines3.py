@@ -14,7 +14,7 @@ sb3 = pytest.importorskip("stable_baselines3")
 IDS = sorted(str(env_id) for env_id in gymnasium.registry if str(env_id).startswith("cps_envs/"))
 
 
-@pytest.mark.parametrize("env_id", [env_id for env_id in IDS if "Discrete-" not in env_id])
+@pytest.mark.parametrize("env_id", IDS)
 def test_checker(env_id: str) -> None:
     """`check_env` of all ids"""
     from stable_baselines3.common.env_checker import check_env
@@ -35,22 +35,25 @@ def test_workers() -> None:
 @LEARNS
 def test_sac() -> None:
     """SAC"""
-    sb3.SAC("MlpPolicy", "cps_envs:cps_envs/HvacAttack-v0", learning_starts=10).learn(30)
+    native = gymnasium.make("cps_envs:cps_envs/RogueAttack-v0", interface="native")
+    sb3.SAC("MlpPolicy", native, learning_starts=10).learn(30)
 
 
 @LEARNS
-@pytest.mark.parametrize("name", ["FdiDefenseDiscrete", "RogueDefenseDiscrete", "HvacDefense"])
+@pytest.mark.parametrize("name", ["FdiAttack", "RogueDefense", "HvacDefense"])
 def test_dqn(name: str) -> None:
-    """DQN on FdiDefenseDiscrete, RogueDefenseDiscrete, HvacDefense"""
-    sb3.DQN("MlpPolicy", f"cps_envs:cps_envs/{name}-v0", learning_starts=10).learn(30)
+    """DQN on FdiAttack, RogueDefense, HvacDefense, with flat actions"""
+    env = gymnasium.make(f"cps_envs:cps_envs/{name}-v0", flat=True)
+    sb3.DQN("MlpPolicy", env, learning_starts=10).learn(30)
 
 
 @LEARNS
-@pytest.mark.parametrize("name", ["DisbandingAttack", "FdiAttack", "FdiAttackDiscrete"])
-def test_masks(name: str) -> None:
-    """MaskablePPO on DisbandingAttack, FdiAttack, FdiAttackDiscrete"""
+@pytest.mark.parametrize("interface", ["learning", "native"])
+def test_masks(interface: str) -> None:
+    """MaskablePPO on DisbandingAttack, in both interfaces"""
     contrib = pytest.importorskip("sb3_contrib")
-    contrib.MaskablePPO("MlpPolicy", gymnasium.make(f"cps_envs/{name}-v0"), n_steps=32).learn(64)
+    env = gymnasium.make("cps_envs/DisbandingAttack-v0", interface=interface)
+    contrib.MaskablePPO("MlpPolicy", env, n_steps=32).learn(64)
 
 
 @LEARNS
@@ -61,5 +64,5 @@ def test_native_vector() -> None:
     """
     from cps_agents.sb3 import as_sb3
 
-    envs: Any = gymnasium.make_vec("cps_envs:cps_envs/RogueAttack-v0", num_envs=8, autoreset_mode="SameStep")
+    envs: Any = gymnasium.make_vec("cps_envs:cps_envs/RogueAttack-v0", num_envs=8, autoreset="same_step")
     sb3.PPO("MlpPolicy", as_sb3(envs), n_steps=16, batch_size=64).learn(256)

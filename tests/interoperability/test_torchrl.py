@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cps_envs import PROBLEMS
-from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import ROLES
 
 pytest.importorskip("torchrl")
 IDS = sorted(str(env_id) for env_id in gymnasium.registry if str(env_id).startswith("cps_envs/"))
@@ -38,13 +38,15 @@ def test_duels(name: str) -> None:
     from torchrl.envs import PettingZooWrapper
     from torchrl.envs.utils import check_env_specs
 
-    check_env_specs(PettingZooWrapper(import_module(f"cps_envs.{name}_v0").parallel_env(), use_mask=True))
+    # TorchRL makes one array of the masks of a MultiDiscrete, whose entries have to be of one size.
+    native = {"interface": "native"} if name == "disbanding" else {}
+    check_env_specs(PettingZooWrapper(import_module(f"cps_envs.{name}_v0").parallel_env(**native), use_mask=True))
 
 
-def duel(problem: str, num_envs: int = 3, frame_skip: int = 5, **options: Any) -> Any:
+def duel(problem: str, num_envs: int = 3, **options: Any) -> Any:
     from cps_agents.torchrl import DuelEnv
 
-    return DuelEnv(problem, num_envs, frame_skip, **{**SHORT[problem], **options})
+    return DuelEnv(problem, num_envs, **{**SHORT[problem], **options})
 
 
 @pytest.mark.parametrize("problem", SHORT)
@@ -59,33 +61,45 @@ def test_continuous_actions_and_roles_of_different_pace() -> None:
 
     from cps_agents.torchrl import DuelEnv
 
-    with pytest.raises(ConfigurationError, match="frame_skip = 5 must be a multiple of the decision intervals"):
-        DuelEnv("disbanding", 2, 5)
-    check_env_specs(DuelEnv("disbanding", 2, 100, duration_s=60.0))
+    adapters = {"attacker": "timed", "defender": "follow_road"}
+    check_env_specs(DuelEnv("disbanding", 2, adapters=adapters, duration_s=60.0))
+
+
+def test_a_team_sees_what_the_vector_environment_shows() -> None:
+    """A batch of a team: TorchRL accepts it, and an agent sees what its row of `make_vec` does."""
+    import torch
+    from torchrl.envs.utils import check_env_specs
+
+    from cps_agents.torchrl import TeamEnv
+
+    team = TeamEnv("fdi", 2, flat=True)
+    check_env_specs(team)
+    assert team.group_map == {"defender": team.envs.agents}
+    assert team.full_action_spec["defender", "action"].shape == (2, len(team.envs.agents))
+    envs: Any = gymnasium.make_vec("cps_envs/FdiDefense-v0", 2, autoreset="same_step", per_agent=True, flat=True)
+    rows, _ = envs.reset(seed=5)
+    team._first = 5
+    seen = team.reset()["defender", "observation"]
+    torch.testing.assert_close(seen.flatten(0, 1), torch.as_tensor(rows))
 
 
 @pytest.mark.parametrize("problem", SHORT)
 def test_an_episode_is_that_of_the_parallel_interface(problem: str) -> None:
-    """The same seed and actions: equal observations before scaling, rewards and ends, whoever plays beside it."""
+    """The same seed and actions: equal observations, rewards and ends, whoever plays beside it."""
     import torch
 
     env = duel(problem)
-    adapters = {role: side.training.adapter for role, side in env.sides.items()}
-    module = import_module(f"cps_envs.{problem}_v0")
-    parallel = module.parallel_env(preset="learning", adapters=adapters, frame_skip=5, **SHORT[problem])
+    parallel = import_module(f"cps_envs.{problem}_v0").parallel_env(**SHORT[problem])
     env.set_seed(0)
     env._cut[:] = 0  # whole episodes from the start
     seen = env.reset()
     observations, _ = parallel.reset(seed=2_000_001)
-    groups = {role: [name for name in parallel.possible_agents if name.startswith(role)] for role in adapters}
+    groups = {role: [name for name in parallel.possible_agents if name.startswith(role)] for role in ROLES}
     torch.manual_seed(0)
     while parallel.agents:
         for role, names in groups.items():
-            wiring, size = env.sides[role].wired.wiring, len(observations[names[0]])
             shown = np.stack([observations[name] for name in names])
-            scaled = (shown - np.array(wiring.mean[:size])) / np.array(wiring.deviation[:size])
-            found = seen[role, "observation"][1, :, :size].numpy()
-            np.testing.assert_allclose(found, np.clip(scaled, -5, 5), atol=1e-4)
+            np.testing.assert_array_equal(seen[role, "observation"][1].numpy(), shown)
         step = env.step(env.rand_action(seen))
         actions = {
             name: step[role, "action"][1, place].numpy()

@@ -2,7 +2,7 @@
 
 Builds the wheel, installs it beside each peer, runs tests of tests/interoperability, and writes docs/peers.json and
 docs/peers.md: a row for each test, with the first line of its docstring. A peer that has passed with the same wheel is
-not run again.
+not run again. Programs of `examples/` that train libraries for a CPU minute are rows of learning, see `learning.py`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import json
 import os
 import subprocess
 import sys
-import venv
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,20 +21,27 @@ from typing import Any
 from xml.etree import ElementTree
 from zipfile import ZipFile
 
+from tools.peers import learning
+from tools.peers.venvs import NOTES_AT_MOST, install, python_of, versions
+
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 TESTS = ROOT / "tests" / "interoperability"
 PAGE, DATA = ROOT / "docs" / "peers.md", ROOT / "docs" / "peers.json"
 WORK = ROOT / ".peers"
 LIMIT_S = 900.0  # of a peer's checks
-NOTES_AT_MOST = 300  # characters of an error
 WORKS, ADAPTED, FAILS = "works", "works with an adapter", "does not work"
+LEARNING = "learning"  # the key of these rows in the data
+REMARK = "remark"  # the key of a sentence about tests that were not tried anew
 HEAD = """# Works with
 
-We try software that others wrote on our environments. `make peers` makes a virtual environment for each of them, with
-our wheel in it. There it runs tests of the folder `tests/interoperability`, and the table says what they do. The suite
-runs the same tests where the software is installed. *Works with an adapter* means that a few lines stand between. The
-table names them.
+We try software that others wrote on our environments, each in a virtual environment of its own with our wheel in it.
+`make peers` writes this page.
+"""
+TESTS_HEAD = """## Tests
+
+The table says what tests of the folder `tests/interoperability` do there. The suite runs the same tests where the
+software is installed. *Works with an adapter* means that a few lines stand between. The table names them.
 """
 
 
@@ -97,23 +103,53 @@ PEERS = (
 def main() -> int:
     """Run the peers; returns 1 if one of them does not work."""
     parser = argparse.ArgumentParser(prog="python -m tools.peers", description=__doc__)
-    parser.add_argument("peers", nargs="*", metavar="NAME", help=f"of {', '.join(each.name for each in PEERS)}; all")
-    chosen = parser.parse_args().peers
-    unknown = set(chosen) - {each.name for each in PEERS}
+    names = [*(each.name for each in PEERS), *(each.name for each in learning.PROGRAMS)]
+    parser.add_argument("peers", nargs="*", metavar="NAME", help=f"of {', '.join(names)}; all")
+    parser.add_argument("--learning", action="store_true", help="only the rows of learning")
+    parser.add_argument(
+        "--venvs", type=Path, help="use the environments of this folder as they are; implies --learning"
+    )
+    parser.add_argument(
+        "--keep", action="store_true", help="judge again what a program left, instead of training again"
+    )
+    args = parser.parse_args()
+    unknown = set(args.peers) - set(names)
     if unknown:
         parser.error(f"there is no peer {', '.join(sorted(unknown))}")
     WORK.mkdir(exist_ok=True)
-    wheel = _wheel()
+    wheel = None if args.venvs else _wheel()
     found = json.loads(DATA.read_text(encoding="utf-8")) if DATA.is_file() else {}
+    if wheel is not None and not args.learning and not args.peers:
+        found.pop(REMARK, None)  # every outcome is tried anew
     for peer in PEERS:
-        if not chosen or peer.name in chosen:
+        if wheel is not None and not args.learning and (not args.peers or peer.name in args.peers):
             print(f"{peer.title} ...", flush=True)
             found[peer.name] = _run(peer, wheel)
             for check in found[peer.name]["checks"]:
                 print(f"  {check['outcome']}: {check['what']}{' - ' + check['note'] if check['note'] else ''}")
-            DATA.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-            PAGE.write_text("\n".join(_page(found)) + "\n", encoding="utf-8")
-    return int(any(check["outcome"] == FAILS for each in found.values() for check in each["checks"]))
+            _write(found)
+    for program in learning.PROGRAMS:
+        if not args.peers or program.name in args.peers:
+            print(f"{program.name} ...", flush=True)
+            row = learning.learn(program, WORK, wheel, args.venvs, keep=args.keep)
+            print(f"  {row}", flush=True)
+            found.setdefault(LEARNING, {})[program.name] = row
+            _write(found)
+    return int(any(each["outcome"] == FAILS for each in _all_checks(found)) or _unlearned(found))
+
+
+def _write(found: dict[str, Any]) -> None:
+    DATA.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    PAGE.write_text("\n".join(_page(found)) + "\n", encoding="utf-8")
+
+
+def _all_checks(found: dict[str, Any]) -> list[dict[str, str]]:
+    return [check for peer in PEERS if peer.name in found for check in found[peer.name]["checks"]]
+
+
+def _unlearned(found: dict[str, Any]) -> bool:
+    """Whether a program fails without a known reason."""
+    return any("failed" in row and not row["note"] for row in found.get(LEARNING, {}).values())
 
 
 def _wheel() -> Path:
@@ -144,33 +180,17 @@ def _run(peer: Peer, wheel: Path) -> dict[str, Any]:
         before: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
         if before["stamp"] == stamp:
             return before
-    python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
-    if not python.exists():
-        venv.create(folder, with_pip=True)
-    pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input"]
     result: dict[str, Any] = {"title": peer.title, "stamp": stamp, "versions": {}, "checks": []}
-    try:
-        subprocess.run(
-            [*pip, f"{wheel}{peer.extras}", *peer.packages, *TESTING], check=True, capture_output=True, text=True
-        )
-        subprocess.run([*pip, "--no-deps", "--force-reinstall", str(wheel)], check=True, capture_output=True, text=True)
-    except subprocess.CalledProcessError as error:
-        result["checks"].append({"what": "installation", "outcome": FAILS, "note": error.stderr[-NOTES_AT_MOST:]})
+    wrong = install(folder, wheel, [*peer.packages, *TESTING], peer.extras)
+    if wrong:
+        result["checks"].append({"what": "installation", "outcome": FAILS, "note": wrong})
         return result
-    result["versions"] = _versions(python, peer)
+    python = python_of(folder)
+    result["versions"] = versions(python, peer.shown)
     result["checks"] = list(_checks(python, peer, folder))
     if all(check["outcome"] != FAILS for check in result["checks"]):
         kept.write_text(json.dumps(result), encoding="utf-8")
     return result
-
-
-def _versions(python: Path, peer: Peer) -> dict[str, str]:
-    code = (
-        "import json, sys; from importlib.metadata import version; "
-        "print(json.dumps({name: version(name) for name in sys.argv[1:]}))"
-    )
-    done = subprocess.run([str(python), "-c", code, *peer.shown], check=True, capture_output=True, text=True)
-    return dict(json.loads(done.stdout))
 
 
 def _checks(python: Path, peer: Peer, folder: Path) -> Iterator[dict[str, str]]:
@@ -227,6 +247,13 @@ def _described(peer: Peer) -> dict[str, tuple[str, str]]:
 
 def _page(found: dict[str, Any]) -> Iterator[str]:
     yield HEAD
+    if found.get(LEARNING):
+        order = [each.name for each in learning.PROGRAMS if each.name in found[LEARNING]]
+        yield from learning.page({name: found[LEARNING][name] for name in order})
+        yield ""
+    yield TESTS_HEAD
+    if REMARK in found:
+        yield f"{found[REMARK]}\n"
     yield "| software | version | what was done | outcome |\n|---|---|---|---|"
     for peer in PEERS:
         if peer.name in found:
