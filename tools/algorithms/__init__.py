@@ -1,0 +1,1 @@
+"""Which algorithm wins where: algorithms x tracks at equal CPU time, see `python -m tools.algorithms --help`."""
