@@ -60,10 +60,8 @@ POLICIES = (
     *("redundant_cusum", "probe"),
 )
 FDI_PRESETS = ("B", "C", "fig32", "five", "instability", "clip")
-KEPT = {  # what was to go and stays, with who would miss it
-    "cps_envs/core/interfaces/discrete.py": "learners of Discrete actions, until environments are flat by themselves",
-}
-KNOBS = {"recent_s": 7, "run_s": 6, "rough_s": 7}  # each was to be declared once and used in few files
+KEPT: dict[str, str] = {}  # what was to go and stays, with who would miss it
+KNOBS = {"recent_s": 7, "rough_s": 7}  # each was to be declared once and used in few files
 VALUES = ("problem.py", "learning.py")  # where a role sets them
 BELOW = ("Evidence", "Developers")  # parts of the site that are no pages for users
 

@@ -81,7 +81,7 @@ class Opponent:
         raise ConfigurationError(str(why)) from why
 
     def _decision(self, preset: str, overrides: Overrides, envs: int, reference: str) -> Call:
-        options = {"preset": preset, "opponent": reference, **overrides}
+        options = {"preset": preset, "opponent": reference, "interface": "native", **overrides}
         made: Any = gymnasium.make_vec(self.problem.env_id(other(self.role)), envs, "vector_entry_point", **options)
         made.reset(seed=0)
         neutral = np.stack([made.game.neutral_action[made.role]] * envs)

@@ -53,11 +53,6 @@ def index() -> str:
         roles = [f"[`{problem.env_id(role)}`]({class_name(problem, role)}.md)" for role in ROLES]
         lines.append(f"## [{title}](../{problem.name}.md)\n\n![An episode](../images/{problem.name}.gif)\n")
         lines.append(f"{problem.summary}\n\n{', '.join(roles)}, [teams, presets, arguments]({problem.name}.md)\n")
-    discrete = [f"`{problem.discrete_id(role)}`" for problem in PROBLEMS.values() for role in problem.discrete]
-    lines.append(
-        f"## Discrete actions\n\n{', '.join(discrete)} offer MultiDiscrete roles to learners that know only Discrete "
-        "actions. Each action changes one entry and holds the others.\n"
-    )
     lines += ["```{toctree}\n:hidden:\n", *(f"../{name}" for name in PROBLEMS), "```"]
     return "\n".join(lines) + "\n"
 
@@ -115,28 +110,32 @@ def _snippet(problem: Problem, role: Role) -> str:
     made = f'"{problem.namespace}:{problem.env_id(role)}"'
     return (
         "import gymnasium\n\n"
-        f'env = gymnasium.make({made}, preset="learning")\n'
+        f"env = gymnasium.make({made})  # for learners\n"
         "observation, info = env.reset(seed=0)\n"
-        'action = env.action_space.sample(info.get("action_mask"))\n'
-        "observation, reward, terminated, truncated, info = env.step(action)\n\n"
-        f'envs = gymnasium.make_vec({made}, num_envs=64, vectorization_mode="vector_entry_point")'
+        "observation, reward, terminated, truncated, info = env.step(env.action_space.sample())\n\n"
+        f"envs = gymnasium.make_vec({made}, num_envs=64)\n"
+        f'native = gymnasium.make({made}, interface="native")  # the game\'s own observations and actions'
     )
 
 
 def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     """What learners can play the role through, and the settings with which an ordinary one learns."""
-    spec, training = problem.game(problem.presets["learning"], 1).spec(role), problem.training.get(role, Training())
+    game, training = problem.game(problem.presets["learning"], 1), problem.training.get(role, Training())
+    spec = game.spec(role)
     if not spec.adapters:
         return
+    interval_s = spec.decision_interval_s * training.frame_skip
+    decisions = -(-game.horizon // (game.decision_interval[role] * training.frame_skip))
     yield "## For Learners\n"
     yield (
-        "A learner plays the role through an *adapter*, which offers fewer and more telling actions. These lines train "
-        "PPO of stable-baselines3 with settings that work; [Learning](../learning.md) explains them.\n"
+        "A learner plays the role through an *adapter*, which offers fewer and more telling actions. **An episode has "
+        f"{decisions} decision{'s' * (decisions > 1)}, each for {interval_s:g} s.** These lines train PPO of "
+        "stable-baselines3 with settings that work; [Learning](../learning.md) explains them.\n"
     )
     yield (
-        "```python\nfrom stable_baselines3 import PPO\n\nfrom cps_agents.sb3 import StickyPolicy, make\n\n"
+        "```python\nfrom stable_baselines3 import PPO\n\nfrom cps_agents.sb3 import make\n\n"
         f'envs = make("{class_name(problem, role)}")\n'
-        "model = PPO(StickyPolicy, envs, seed=0, verbose=1, **envs.settings)\n"
+        'model = PPO("MlpPolicy", envs, seed=0, verbose=1, **envs.settings)\n'
         f"model.learn({training.total_timesteps:_})  # a few CPU minutes\n"
         'model.save("model.zip")\n```\n'
     )

@@ -97,7 +97,7 @@ def _hash(env_id: str, preset: str, steps: int) -> str:
 
     from cps_envs.core.conformance.actors import Crew
 
-    env: Any = gymnasium.make_vec(env_id, num_envs=ENVS, preset=preset)
+    env: Any = gymnasium.make_vec(env_id, num_envs=ENVS, preset=preset, interface="native")
     if env.game.threaded:
         env.game.use_threads(int(os.environ.get("RELIABILITY_THREADS", "1")))
     crew, digest = Crew(env, 5), hashlib.sha256()

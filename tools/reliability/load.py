@@ -48,7 +48,7 @@ def run(chunk: Chunk, journal: Journal) -> Result:
 
 def batch(env_id: str, number: int, journal: Journal) -> Result:
     """Random actions, legal or not, in a batch that resets itself."""
-    env: Any = gymnasium.make_vec(env_id, num_envs=EPISODES, preset=PRESET)
+    env: Any = gymnasium.make_vec(env_id, num_envs=EPISODES, preset=PRESET, interface="native")
     env.action_space.seed(number)
     actions = [env.action_space.sample() for _ in range(POOL)]
     env.reset(seed=number * EPISODES)
@@ -57,7 +57,7 @@ def batch(env_id: str, number: int, journal: Journal) -> Result:
 
 def single(env_id: str, number: int, journal: Journal) -> Result:
     """The same in one environment that is reset when its episode has ended."""
-    env: Any = gymnasium.make(env_id, preset=PRESET, disable_env_checker=True)
+    env: Any = gymnasium.make(env_id, preset=PRESET, interface="native", disable_env_checker=True)
     env.action_space.seed(number)
     actions = [env.action_space.sample() for _ in range(POOL)]
     env.reset(seed=number)
@@ -100,8 +100,8 @@ def _memory_kb() -> int:
 
 def copies(env_id: str, number: int, journal: Journal) -> Result:
     """Other processes (by fork and by spawn), threads, and a pickle in the middle: the trajectory is the same."""
-    make = partial(gymnasium.make, f"cps_envs:{env_id}", preset=PRESET)
-    steps = _trajectory(gymnasium.make_vec(env_id, num_envs=4, preset=PRESET))
+    make = partial(gymnasium.make, f"cps_envs:{env_id}", preset=PRESET, interface="native")
+    steps = _trajectory(gymnasium.make_vec(env_id, num_envs=4, preset=PRESET, interface="native"))
     different = []
     for context in ("fork", "spawn"):
         other = AsyncVectorEnv([make] * 4, context=context)
@@ -109,7 +109,7 @@ def copies(env_id: str, number: int, journal: Journal) -> Result:
             different += [] if _trajectory(other) == steps else [f"AsyncVectorEnv by {context}"]
         finally:
             other.close()
-    if _trajectory(gymnasium.make_vec(env_id, num_envs=4, preset=PRESET), copied=True) != steps:
+    if _trajectory(gymnasium.make_vec(env_id, num_envs=4, preset=PRESET, interface="native"), copied=True) != steps:
         different.append("pickled in the middle")
     counts = {"steps": 4 * COPIED_STEPS * 4, "different": len(different)}
     return {"counts": counts, "examples": {"different": f"{env_id}: {', '.join(different)}"} if different else {}}
@@ -130,11 +130,11 @@ def _trajectory(env: Any, *, copied: bool = False) -> list[bytes]:
 
 def threads(env_id: str, number: int, journal: Journal) -> Result:
     """Environments stepped in several threads, where the game can, equal those stepped in one."""
-    env: Any = gymnasium.make_vec(env_id, num_envs=64, preset=PRESET)
+    env: Any = gymnasium.make_vec(env_id, num_envs=64, preset=PRESET, interface="native")
     if not env.game.threaded:
         return {"counts": {}, "examples": {}}
     alone = _crewed(env)
-    together = _crewed(gymnasium.make_vec(env_id, num_envs=64, preset=PRESET, num_threads=4))
+    together = _crewed(gymnasium.make_vec(env_id, num_envs=64, preset=PRESET, interface="native", num_threads=4))
     counts = {"steps": 2 * 64 * COPIED_STEPS, "different": int(alone != together)}
     return {"counts": counts, "examples": {"different": f"{env_id}: four threads"} if alone != together else {}}
 
