@@ -22,6 +22,8 @@ from tests.settings import tests_of as settings_of
 ELSEWHERE = ("check_configurations",)  # tests/test_configurations.py
 ONCE = ("check_live_observations", "check_live_swarm", "check_subprocess")  # do not depend on the preset
 QUICK = ("paper", "learning")  # presets whose checks are not slow; each preset has its golden trajectories beside them
+CHEAP = ("fdi", "rogue")  # problems whose learners' interfaces are stepped in no time
+TELLING = ("check_batch", "check_rows", "check_bad_actions", "check_pickling")
 ALL = np.ones(2, bool)
 PRESETS = [(name, preset) for name, problem in PROBLEMS.items() for preset in problem.presets]
 
@@ -50,8 +52,16 @@ def test_conformance(name: str, preset: str, role: Role, check: Check) -> None:
         pytest.skip(outcome.reason)
 
 
-@pytest.mark.parametrize("check", LEARNING_CHECKS, ids=lambda check: check.__name__)
-@pytest.mark.parametrize(("name", "role"), [(name, role) for name, each in PROBLEMS.items() for role in each.training])
+def learned() -> Iterator[object]:
+    """Every check of learners' interfaces; those that cost many seconds are slow, but for what tells most."""
+    for name, problem in PROBLEMS.items():
+        for role in problem.training:
+            for check in LEARNING_CHECKS:
+                quick = name in CHEAP or check.__name__ in TELLING
+                yield pytest.param(name, role, check, marks=() if quick else (pytest.mark.slow,))
+
+
+@pytest.mark.parametrize(("name", "role", "check"), list(learned()))
 def test_the_interface_for_learners_conforms(name: str, role: Role, check: Check) -> None:
     outcome = run_check(check, subject_of(name, "learning", role, interface="learning"))
     if outcome.status == "skipped":
