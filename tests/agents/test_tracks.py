@@ -58,9 +58,11 @@ def test_the_frozen_episodes_end_as_they_did(name: str, monkeypatch: pytest.Monk
     assert known.span * track.sign > 0
 
 
-@pytest.mark.parametrize(("name", "adapter"), [("fdi-attack", "motion"), ("rogue-defense", "vehicle")])
-def test_constants_of_the_adapter_are_among_those_that_do_not_look(name: str, adapter: str) -> None:
-    assert f"always?adapter={adapter}&action=7" in every_constant(find_track(name))
+@pytest.mark.parametrize(
+    ("name", "constant"), [("fdi-attack", "motion&action=7"), ("rogue-defense", "give_way&action=1")]
+)
+def test_constants_of_the_adapter_are_among_those_that_do_not_look(name: str, constant: str) -> None:
+    assert f"always?adapter={constant}" in every_constant(find_track(name))
     assert not [each for each in every_constant(find_track("disbanding-defense")) if "adapter=follow" in each]
 
 

@@ -46,7 +46,8 @@ def save_tiny(
     problem = find_problem(problem_name)
     game = problem.game(problem.config(preset, overrides or {}), 1)
     masked = game.action_mask(role) is not None
-    wiring = Wiring(problem_name, role, problem.swarm[role] if swarm else NATIVE, frame_skip, masked=masked)
+    team = {"rogue": "vehicle_full"}.get(problem_name, problem.swarm.get(role, NATIVE))  # one that fits every preset
+    wiring = Wiring(problem_name, role, team if swarm else NATIVE, frame_skip, masked=masked)
     wired = Wired(wiring, adapter_of(game.spec(role), wiring.adapter))
     actions, size = count_actions(wired.adapter.action_space), wired.columns.size
     card = Card(

@@ -125,7 +125,7 @@ def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
 )
 def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, vehicle: str, level: int) -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
-    envs = learning_env("RogueDefense", num_envs=1, adapter="guard", frame_skip=5, neutral_bias=3.0)
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard", frame_skip=5)
     envs.reset()
     seen, count = envs.outside.seen(), len(adapter.agents)
     place = {"rear": 0, "leader": count - 1 - int((seen["present"] < 0.5).sum())}

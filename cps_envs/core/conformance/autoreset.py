@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.recording import EXTRA_STEPS, difference, episode_steps
-from cps_envs.core.conformance.subject import NUM_ENVS, Subject
+from cps_envs.core.conformance.subject import NUM_ENVS, NotApplicableError, Subject
 from cps_envs.core.types import Array
 
 NAMES = ("observation", "reward", "terminated", "truncated", "info")
@@ -115,7 +115,10 @@ def _check_refusals(subject: Subject) -> None:
 
 def check_time_limit(subject: Subject) -> None:
     """`max_episode_steps` truncates a batch as Gymnasium's TimeLimit truncates the single environment."""
-    limit = max(1, (episode_steps(subject.single()) - 1) // 2)
+    single = subject.single()
+    if single.waits:
+        raise NotApplicableError("steps differ in length, so nobody can limit their number")
+    limit = max(1, (episode_steps(single) - 1) // 2)
     batch = subject.batch(autoreset=AutoresetMode.NEXT_STEP, max_episode_steps=limit)
     crew = Crew(batch, 33, boldness=0.0)
     result: tuple[Any, ...] = batch.reset(seed=33)

@@ -20,7 +20,10 @@ BATCHES = (RoleVectorEnv, AgentsVectorEnv)
 
 def episode_steps(env: Any) -> int:
     """The most steps of an episode in an interface; for a batch a few more."""
-    steps: int = -(-env.game.horizon // env.interval) if hasattr(env, "interval") else env.decisions
+    if hasattr(env, "interval"):
+        steps: int = -(-env.game.horizon // env.interval)
+    else:
+        steps = env.game.horizon // env.game.decision_interval[env.role] if env.waits else env.decisions
     return steps + EXTRA_STEPS if isinstance(env, BATCHES) else steps
 
 

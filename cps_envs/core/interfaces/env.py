@@ -67,7 +67,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         self._match = self.problem.match(self.config, 1, {other(self.role): self.opponent})
         self.game = self._match.game
         self._side = found.side(self._match, joint=True, flat=flat, scaling=scaling)
-        self.frame_skip = self._side.frame_skip
+        self.frame_skip, self.waits = self._side.frame_skip, self._side.waits
         self._envs = np.ones(1, np.bool_)
         self._running = False
         self._renderer = Renderer(self.problem, self.game)

@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 from cps_envs.core.compute.clock import mark_ends
 from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.declare.config import check_count
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.info import Costs, batch_info
 from cps_envs.core.interfaces.masks import masks_of
@@ -75,11 +76,16 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self.game = self._match.game
         self.game.use_threads(check_count("num_threads", num_threads))
         self._side = found.side(self._match, joint=not per_agent, flat=flat, scaling=scaling)
-        self.frame_skip, self.agents = self._side.frame_skip, self._side.rows
+        self.frame_skip, self.agents, self.waits = self._side.frame_skip, self._side.rows, self._side.waits
         self.num_envs = self.episodes * self.agents
         self._limit = self.game.horizon
         if max_episode_steps is not None:
             steps = check_count("max_episode_steps", max_episode_steps)
+            if self._side.waits:
+                raise ConfigurationError(
+                    "max_episode_steps counts steps of one length, and here a step ends when something is to be decided: "
+                    'leave it out, or say interface="native"'
+                )
             interval = self.game.decision_interval[self.role]
             self._limit = min(self._limit, steps * interval * self.frame_skip)
         self._limits = (self.game.horizon, self._limit)

@@ -25,6 +25,7 @@ class Side(ABC):
     rows: int = 1
     frame_skip: int  # decisions of the role
     masked: bool = False  # whether not all actions are always legal
+    waits: bool = False  # whether a step ends as soon as something is to be decided again
 
     @property
     @abstractmethod
@@ -110,7 +111,7 @@ class LearningSide(Side):
         self.player = WiredPlayer(self.outside, wiring, match.game.num_envs)
         self.wired = self.player.wired
         self.rows, self.action_space = self.wired.rows, self.wired.action_space
-        self.masked = wiring.masked
+        self.masked, self.waits = wiring.masked, self.outside.adapter.waits
         self._whole = shared_pay or self.rows == 1  # whether rows are paid what the role is
         self.observation_space = self.wired.space()
 

@@ -220,11 +220,12 @@ class Wired:
     def keep(self, seen: Seen, state: State, actions: Array) -> State:
         """The state with new actions (B, A, ...) where the agents decide now; elsewhere the old ones stay.
 
-        Agents that are not active take the neutral action, whatever a network says.
+        Agents that are not active take the neutral action, whatever a network says, but for plain wirings.
         """
         row, averages, rough, kept, age, *own = state
         ones = (1,) * (kept.ndim - 2)
-        chosen = np.where(self.active(seen, state).reshape(*kept.shape[:2], *ones), actions, self._neutral)
+        acting = self.wiring.plain or self.active(seen, state).reshape(*kept.shape[:2], *ones)
+        chosen = np.where(acting, actions, self._neutral)
         return row, averages, rough, np.where(self.due(seen, state).reshape(-1, 1, *ones), chosen, kept), age, *own
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:

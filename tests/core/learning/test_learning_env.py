@@ -188,7 +188,7 @@ def test_learners_meet_whom_their_settings_name_in_preset_learning_alone() -> No
     assert opponent("defender") == told != usual["learning"]["attacker"]
     assert opponent("defender", opponent="square") == "square"
     assert opponent("defender", preset="easy", adapter="vehicle") == usual["easy"]["attacker"]
-    assert opponent("attacker") == usual["learning"]["defender"]
+    assert opponent("attacker", preset="easy", adapter="native") == usual["easy"]["defender"]
 
 
 def test_the_native_adapter_shows_what_the_role_sees() -> None:

@@ -63,7 +63,9 @@ def configurations(chunk: Chunk, tally: Tally) -> None:
     warnings.simplefilter("ignore")
 
     def play(changes: dict[str, Any]) -> str | None:
-        env = RolesParallelEnv(problem, preset=preset, **{**QUICKER.get(problem.name, {}), **changes})
+        env = RolesParallelEnv(
+            problem, preset=preset, interface="native", **{**QUICKER.get(problem.name, {}), **changes}
+        )
         crew = Crew(env, 1)
         observations, infos = env.reset(seed=1)
         rewards = dict.fromkeys(observations, 0.0)
