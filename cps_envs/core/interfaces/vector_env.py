@@ -83,8 +83,8 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             steps = check_count("max_episode_steps", max_episode_steps)
             if self._side.waits:
                 raise ConfigurationError(
-                    "max_episode_steps counts steps of one length, and here a step ends when something is to be decided: "
-                    'leave it out, or say interface="native"'
+                    "max_episode_steps counts steps of one length, and here a step ends when something is to be "
+                    'decided: leave it out, or say interface="native"'
                 )
             interval = self.game.decision_interval[self.role]
             self._limit = min(self._limit, steps * interval * self.frame_skip)
