@@ -47,7 +47,6 @@ class Algorithm:
 
     train: Callable[[Job], tuple[str, Curve]]  # the policy's reference, and what episodes returned
     words: str  # what it is, with its settings
-    flat: bool = False  # whether all entries of an action are one number
 
 
 class Clock:
@@ -120,13 +119,11 @@ def own(job: Job) -> tuple[str, Curve]:
 
 
 def plain(job: Job) -> tuple[str, Curve]:
-    """The PPO of `examples/cleanrl_ppo.py`, through `gymnasium.make_vec` alone."""
+    """The PPO of `examples/cleanrl_ppo.py`, through `gymnasium.make_vec` alone; it prints its curve, and keeps none."""
     from cps_agents import save_network
     from examples.cleanrl_ppo import train
 
-    clock = Clock(job)
-    envs, network = train(job.role, job.cpu_s, job.seed)
-    return save_network(job.folder, envs, network), clock.curve
+    return save_network(job.folder, *train(job.role, job.cpu_s, job.seed)), []
 
 
 def evolution(job: Job, hidden: int = 16, deviation: float = 0.1, rate: float = 0.05) -> tuple[str, Curve]:
@@ -189,7 +186,7 @@ ALGORITHMS: Mapping[str, Algorithm] = {
         with_sb3("PPO", "MlpPolicy", n_epochs=4, ent_coef=0.003, **WIDE),
         "stable-baselines3; n_steps 32, batch_size 1024, n_epochs 4, learning_rate 1e-3, ent_coef .003",
     ),
-    "PPO, 100 lines": Algorithm(plain, "`examples/cleanrl_ppo.py`, a team as one agent"),
+    "PPO, 100 lines": Algorithm(plain, "`examples/cleanrl_ppo.py`"),
     "A2C": Algorithm(with_sb3("A2C", "MlpPolicy"), "stable-baselines3, its defaults"),
     "RecurrentPPO": Algorithm(
         with_sb3(
@@ -203,9 +200,8 @@ ALGORITHMS: Mapping[str, Algorithm] = {
     "DQN": Algorithm(
         with_sb3("DQN", "MlpPolicy", flat=True, **REPLAY),
         "stable-baselines3, actions flat; batch 256, 4 gradient steps for 64 rows, epsilon .02 after 30 %",
-        flat=True,
     ),
-    "QR-DQN": Algorithm(with_sb3("QRDQN", "MlpPolicy", flat=True, **REPLAY), "sb3-contrib, else as DQN", flat=True),
+    "QR-DQN": Algorithm(with_sb3("QRDQN", "MlpPolicy", flat=True, **REPLAY), "sb3-contrib, else as DQN"),
     "Evolution": Algorithm(evolution, "Salimans et al.: 32 pairs, deviation .1, rate .05, one hidden layer of 16"),
     "Our PPO": Algorithm(own, "`cps-envs train`, its recipe; in a team a critic told the truth, so MAPPO"),
 }

@@ -132,6 +132,7 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
         f"{decisions} decision{'s' * (decisions > 1)}, each for {interval_s:g} s.** These lines train PPO of "
         "stable-baselines3 with settings that work; [Learning](../learning.md) explains them.\n"
     )
+    yield f'`info["cost"]` is the increase of `{problem.cost}`, with a limit of {problem.cost_limit:g} an episode.\n'
     yield (
         "```python\nfrom stable_baselines3 import PPO\n\nfrom cps_agents.sb3 import make\n\n"
         f'envs = make("{class_name(problem, role)}")\n'

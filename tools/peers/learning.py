@@ -107,7 +107,7 @@ PROGRAMS = (
 ABSENT = """
 Three libraries have no row, because their newest releases ask for older packages than ours:
 
-- d3rlpy 2.8.1 requires gymnasium 1.0.0 exactly; we need 1.2 or newer. `examples/d3rlpy_bc.py` was never run.
+- d3rlpy 2.8.1 requires gymnasium 1.0.0 exactly; we need 1.2 or newer.
 - OmniSafe 0.5.0 requires safety-gymnasium, which requires gymnasium 0.28.1 or older.
 - PufferLib 3.0.0 requires gymnasium 0.29.1 or older and numpy below 2."""
 

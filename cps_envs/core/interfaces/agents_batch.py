@@ -13,7 +13,7 @@ from gymnasium import spaces
 from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.declare.training import NATIVE
-from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.match import Match
 from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.interfaces.info import Costs
@@ -87,6 +87,11 @@ class AgentsBatch:
         first = next(iter(chosen.values()))
         self.config, self.preset, self.overrides = first.config, first.preset, first.overrides
         self.interface = NATIVE if native else LEARNING
+        if opponent is not None and not alone:
+            raise ConfigurationError(
+                f"opponent = {shown(opponent)} would play nobody: both roles are played from outside. Leave it out, or "
+                "take an environment of one role"
+            )
         self.opponent = rival_of(first, opponent) if alone else None
         rivals = {other(role): self.opponent for role in adapters} if self.opponent is not None else {}
         self.match = problem.match(self.config, num_envs, rivals)
@@ -176,6 +181,44 @@ class AgentsBatch:
         action = hand.player.act(marks, first=True)
         held = self._held[hand.role]
         self._held[hand.role] = np.where(due.reshape(-1, *(1,) * (held.ndim - 1)), action, held)
+
+
+class AgentsForm:
+    """What the single and the batched form tell of their agents."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        name: str,
+        adapters: Mapping[Role, str | None],
+        num_envs: int,
+        max_cycles: int | None,
+        options: Mapping[str, Any],
+    ) -> None:
+        self.problem, self._name = problem, f"{name}_v{problem.version}"
+        self._most = None if max_cycles is None else check_count("max_cycles", max_cycles)
+        self._batch = AgentsBatch(problem, num_envs, adapters, **options)
+        batch = self._batch
+        self.game, self.config, self.interface = batch.game, batch.config, batch.interface
+        self.preset, self.overrides = batch.preset, batch.overrides
+        self.opponent, self.interval = batch.opponent, batch.stride  # game steps
+        self.possible_agents = batch.names[:]
+        self.agents_of = {role: tuple(hand.names) for role, hand in batch.hands.items()}
+        self._hands = {name: hand for hand in batch.hands.values() for name in hand.names}
+        self.roles = {name: hand.role for name, hand in self._hands.items()}
+        self.state_space = batch.state_space()
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """The observation space of an agent in one episode, the same for every agent of a role."""
+        return self._hands[agent].observation_space
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """The action space of an agent in one episode, the same for every agent of a role."""
+        return self._hands[agent].action_space
+
+    def neutral_action(self, agent: str) -> Array:
+        """The action of an agent that is as good as none, of the shape of its action space."""
+        return self._hands[agent].neutral_action
 
 
 def team_of(problem: Problem, role: Role, adapter: str | None) -> dict[Role, str | None]:

@@ -12,10 +12,9 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.declare.actions import SHOWN, choices_of
-from cps_envs.core.declare.config import check_count
 from cps_envs.core.errors import shown
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.agents_batch import AgentsBatch, Hand
+from cps_envs.core.interfaces.agents_batch import AgentsForm, Hand
 from cps_envs.core.interfaces.options import check_options
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.types import Array, Observation, Role
@@ -24,7 +23,7 @@ Infos = dict[str, dict[str, Any]]
 Result = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], Infos]
 
 
-class AgentsEnv(ParallelEnv[str, Observation, Any]):
+class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
     """Roles that are played from outside, each through an adapter by one agent or a team; see `AgentsBatch`.
 
     An agent's `info` has the game's metrics, `cost`, `due` (whether its next action counts; others hold), and
@@ -45,41 +44,14 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
     ) -> None:
         """`adapters` names those of the roles that are played from outside; `options` are those of `AgentsBatch`."""
         check_render_mode(render_mode)
-        self._most = None if max_cycles is None else check_count("max_cycles", max_cycles)
-        self._cycles = 0
-        self.problem, self.render_mode = problem, render_mode
-        self.metadata = {
-            "name": f"{name}_v{problem.version}",
-            "render_modes": RENDER_MODES,
-            "render_fps": FRAMES_PER_SECOND,
-        }
-        self._batch = AgentsBatch(problem, 1, adapters, **options)
-        self.game, self.config, self.interface = self._batch.game, self._batch.config, self._batch.interface
-        self.preset, self.overrides = self._batch.preset, self._batch.overrides
-        self.opponent = self._batch.opponent
+        super().__init__(problem, name, adapters, 1, max_cycles, options)
+        self._cycles, self.render_mode = 0, render_mode
+        self.metadata = {"name": self._name, "render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}
         self.outside = {role: hand.outside for role, hand in self._batch.hands.items()}
-        self.possible_agents = self._batch.names[:]
-        self.agents_of = {role: tuple(hand.names) for role, hand in self._batch.hands.items()}
-        self._hands = {name: hand for hand in self._batch.hands.values() for name in hand.names}
-        self.roles = {name: hand.role for name, hand in self._hands.items()}
-        self.interval = self._batch.stride  # game steps
-        self.state_space = self._batch.state_space()
         self.agents: list[str] = []
         self._generator: np.random.Generator | None = None
         self._envs = np.ones(1, np.bool_)
         self._renderer = Renderer(problem, self.game)
-
-    def observation_space(self, agent: str) -> spaces.Space[Any]:
-        """The observation space of an agent, the same for every agent of a role."""
-        return self._hands[agent].observation_space
-
-    def action_space(self, agent: str) -> spaces.Space[Any]:
-        """The action space of an agent, the same for every agent of a role."""
-        return self._hands[agent].action_space
-
-    def neutral_action(self, agent: str) -> Array:
-        """The action of an agent that is as good as none, of the shape of its action space."""
-        return self._hands[agent].neutral_action
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.agents_batch import AgentsBatch
+from cps_envs.core.interfaces.agents_batch import AgentsForm
 from cps_envs.core.interfaces.agents_env import check_agents
 from cps_envs.core.interfaces.options import Seeds, check_autoreset, check_mask, check_options, reseeded
 from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Observation, Role
@@ -22,7 +21,7 @@ Results = tuple[
 ]
 
 
-class AgentsVectorEnv:
+class AgentsVectorEnv(AgentsForm):
     """`AgentsEnv` for B episodes: what is a number there is an array (B,) here, and an array (n,) is one (B, n).
 
     Environment i of a batch seeded s equals the single environment seeded s + i. `infos` has an array (B,) for each
@@ -44,36 +43,15 @@ class AgentsVectorEnv:
         **options: Any,
     ) -> None:
         """`adapters` names those of the roles that are played from outside; `options` are those of `AgentsBatch`."""
-        self.problem, self.num_envs = problem, check_count("num_envs", num_envs)
-        self._most = None if max_cycles is None else check_count("max_cycles", max_cycles)
+        self.num_envs = check_count("num_envs", num_envs)
+        super().__init__(problem, name, adapters, self.num_envs, max_cycles, options)
         self.autoreset_mode = check_autoreset(autoreset)
-        self.metadata = {"name": f"{name}_v{problem.version}", "autoreset_mode": self.autoreset_mode}
-        self._batch = AgentsBatch(problem, self.num_envs, adapters, **options)
-        self.game, self.config, self.interface = self._batch.game, self._batch.config, self._batch.interface
-        self.preset, self.overrides = self._batch.preset, self._batch.overrides
-        self.opponent, self.interval = self._batch.opponent, self._batch.stride
-        self.possible_agents = self._batch.names[:]
+        self.metadata = {"name": self._name, "autoreset_mode": self.autoreset_mode}
         self.agents = self.possible_agents[:]
-        self.agents_of = {role: tuple(hand.names) for role, hand in self._batch.hands.items()}
-        self._hands = {name: hand for hand in self._batch.hands.values() for name in hand.names}
-        self.roles = {name: hand.role for name, hand in self._hands.items()}
-        self.state_space = self._batch.state_space()
         self._everyone = np.ones(self.num_envs, np.bool_)
         self._ended = np.zeros(self.num_envs, np.bool_)
         self._cycles = np.zeros(self.num_envs, np.int64)
         self._generators: Generators = ()
-
-    def observation_space(self, agent: str) -> spaces.Space[Any]:
-        """The observation space of an agent in one episode."""
-        return self._hands[agent].observation_space
-
-    def action_space(self, agent: str) -> spaces.Space[Any]:
-        """The action space of an agent in one episode."""
-        return self._hands[agent].action_space
-
-    def neutral_action(self, agent: str) -> Array:
-        """The action of an agent that is as good as none, of the shape of its action space."""
-        return self._hands[agent].neutral_action
 
     def reset(
         self, seed: Seeds = None, options: dict[str, Any] | None = None

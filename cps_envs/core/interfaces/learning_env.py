@@ -64,6 +64,7 @@ class LearningVectorEnv(RoleVectorEnv):
         per_agent: bool = True,
         flat: bool = False,
         autoreset: str | AutoresetMode = AutoresetMode.SAME_STEP,
+        interface: str = LEARNING,
         **options: Any,
     ) -> None:
         """`options` are settings of `Training`, such as `frame_skip`, and fields of the configuration.
@@ -78,6 +79,11 @@ class LearningVectorEnv(RoleVectorEnv):
             ConfigurationError: a value that cannot be right.
             UnknownNameError: there is no such adapter.
         """
+        if interface != LEARNING:
+            raise ConfigurationError(
+                f'interface = {shown(interface)} is not for training environments, which have "{LEARNING}": leave it '
+                "out, or take gymnasium.make_vec"
+            )
         self.problem, self.role = problem, role
         self._base = training or problem.training.get(role, Training())
         self._run, self._start = _number("seed", seed), 0

@@ -8,6 +8,7 @@ import pytest
 from gymnasium import spaces
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from tests.core.learned_toy import LEARNED, LearnedAttackEnv, LearnedDefenseEnv, LearnedDefenseVectorEnv
 from tests.core.toy import ToyDefenseEnv
@@ -79,3 +80,10 @@ def test_a_team_is_one_agent_or_a_row_for_each() -> None:
     assert joint.single_action_space == spaces.Box(-1.0, 1.0, (2,))
     assert rows.single_action_space == spaces.Box(-1.0, 1.0, (1,))
     assert joint.neutral_action.shape == (2,)
+
+
+def test_an_opponent_of_nobody_and_another_interface_of_training_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="opponent = 'none' would play nobody: both roles are played from out"):
+        RolesParallelEnv(LEARNED, opponent="none")
+    with pytest.raises(ConfigurationError, match="interface = 'native' is not for training environments"):
+        LearningVectorEnv(LEARNED, "attacker", 1, interface="native")
