@@ -103,8 +103,8 @@ follower to the law of all platoons. With level 1 of the first five parts nothin
 | wanted gap, m | 6 | 10 | 14 |
 | leaders' headway beside it, s | 0 | 0.2 | 0.5 |
 
-No choice is a whole follower by itself, and a neutral one leaves the law as it is. A constant follower with tuned
-numbers, `cacc`, is nearly the best there is in this role.
+No single part is a follower, and neutral levels leave the law as it is. Constant numbers go far in this role: all
+five parts at level 2 score 88.8 ± 3.2 on split dev of the challenge, and the tuned follower `cacc` 96.4 ± 0.9.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.
