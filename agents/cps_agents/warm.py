@@ -121,14 +121,20 @@ def _adapter(problem: Problem, role: Role, name: str) -> None:
 
 
 def _vector(env_id: str) -> None:
-    """Batches with both ways of starting anew, which they do after two decisions."""
+    """Batches with both ways of starting anew, which they do after two decisions; then the form for learners."""
     for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP):
-        envs: Any = gymnasium.make_vec(env_id, ENVS, "vector_entry_point", autoreset=mode, max_episode_steps=2)
+        envs: Any = gymnasium.make_vec(
+            env_id, ENVS, "vector_entry_point", interface="native", autoreset=mode, max_episode_steps=2
+        )
         _, info = envs.reset(seed=0)
         neutral = np.stack([envs.game.neutral_action[envs.role]] * ENVS)
         for _ in range(DECISIONS + 1):
             envs.step(neutral if "action_mask" in info else envs.action_space.sample())
         envs.close()
+    learning = gymnasium.make_vec(env_id, ENVS, "vector_entry_point")
+    learning.reset(seed=0)
+    learning.step(learning.action_space.sample())
+    learning.close()
 
 
 @dataclass
