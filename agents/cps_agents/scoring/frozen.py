@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -78,8 +80,18 @@ def identity(track: Track) -> str:
         for each in track.panel
     ]
     declared = {"problem": track.problem, "role": track.role, "episodes": track.episodes, "panel": panel}
-    plain = [CHALLENGE, declared, repr(track.venue.config), find_problem(track.problem).version]
+    plain = [CHALLENGE, declared, described(track.venue.config), find_problem(track.problem).version]
     return hashlib.sha256(json.dumps(plain).encode()).hexdigest()[:12]
+
+
+def described(config: Any) -> str:
+    """A configuration with all fields of the freeze; a field that came later counts where it has not its default."""
+    name = type(config).__name__
+    rows = read_entry(FOLDER / "fields.json", "list of frozen fields", REMEDY)[name].rows()
+    frozen = [row.text() for row in rows]
+    later = [each for each in dataclasses.fields(config) if each.name not in frozen]
+    changed = [each.name for each in later if getattr(config, each.name) != each.default]
+    return f"{name}({', '.join(f'{each}={getattr(config, each)!r}' for each in [*frozen, *changed])})"
 
 
 def rounded(paid: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ when they are first needed, always in the same way.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from collections.abc import Iterator
@@ -52,9 +53,14 @@ def scaling_for(problem: Problem, config: Any, preset: str, wiring: Wiring) -> S
 
 
 def scaling_key(problem: Problem, config: Any, wiring: Wiring) -> str:
-    """What the statistics depend on, as a digest: the problem, its configuration, and what an agent sees and when."""
+    """A digest of what statistics depend on: problem, changed fields of its configuration, what agents see and when."""
     seen = (wiring.role, wiring.adapter, wiring.frame_skip, wiring.recent_s, wiring.rough_s)
-    return hashlib.sha256(repr((problem.name, problem.version, config, seen)).encode()).hexdigest()[:16]
+    changed = [
+        (field.name, value)
+        for field in dataclasses.fields(config)
+        if (value := getattr(config, field.name)) != field.default
+    ]
+    return hashlib.sha256(repr((problem.name, problem.version, changed, seen)).encode()).hexdigest()[:16]
 
 
 @cache
