@@ -100,6 +100,15 @@ def test_the_paper_is_a_wheel_of_its_own_and_of_the_same_version(wheel: ZipFile,
         assert pinned == [version]
 
 
+def test_the_readme_of_the_wheel_has_links_that_lead_somewhere_without_the_repository(wheel: ZipFile) -> None:
+    (metadata,) = (name for name in wheel.namelist() if name.endswith(".dist-info/METADATA"))
+    text = wheel.read(metadata).decode()
+    assert "# cps_envs" in text
+    links = re.findall(r"\]\(([^)]+)\)", text)
+    assert len(links) > 10
+    assert [link for link in links if not link.startswith(("https://", "#"))] == []
+
+
 def test_everything_that_is_read_at_run_time_is_shipped(wheel: ZipFile) -> None:
     shipped = {name for name in wheel.namelist() if name.partition("/")[0] in CONTENTS}
     folders = (ROOT, ROOT / "agents", ROOT / "baselines")
