@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from cps_envs.core.declare.fields import Field as Field
     from cps_envs.core.declare.fields import Fields as Fields
     from cps_envs.core.declare.fields import encode_row as encode_row
+    from cps_envs.core.declare.series import Series as Series
     from cps_envs.core.declare.training import Training as Training
     from cps_envs.core.errors import ConfigurationError as ConfigurationError
     from cps_envs.core.game.game import Game as Game
@@ -52,6 +53,7 @@ HOMES = {  # name -> module, or module:attribute
     "Field": f"{CORE}.declare.fields:Field",
     "Fields": f"{CORE}.declare.fields:Fields",
     "encode_row": f"{CORE}.declare.fields:encode_row",
+    "Series": f"{CORE}.declare.series:Series",  # a quantity over time, in fields that take one
     "Training": f"{CORE}.declare.training:Training",
     "ConfigurationError": f"{CORE}.errors:ConfigurationError",
     "Game": f"{CORE}.game.game:Game",

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from cps_envs.core.declare.series import Series
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -36,13 +38,18 @@ def print_json(value: Any) -> None:
 
 
 def to_json(value: Any) -> str:
-    """Indented, strict JSON (no NaN); numpy's scalars and arrays become numbers and lists."""
+    """Indented, strict JSON (no NaN); numpy's scalars and arrays become numbers and lists.
+
+    Series of a configuration are written as what they are, with a digest instead of their values.
+    """
     return json.dumps(value, indent=2, allow_nan=False, default=_plain)
 
 
 def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
+    if isinstance(value, Series):
+        return value.to_json()
     raise TypeError(f"{value!r} cannot be written as JSON")
 
 

@@ -57,6 +57,10 @@ class Lazy(Sequence[np.random.Generator]):
             self._made[place] = generator
         return self._made[place]
 
+    def seed(self, place: int) -> int:
+        """The seed of a generator, also of its children."""
+        return self._entropy[place]
+
     def made(self, rows: IntArray) -> Iterable[int]:
         """Those of some places whose generators are objects."""
         return [place for place in rows.tolist() if place in self._made] if self._made else ()
@@ -102,6 +106,14 @@ def seeded(seeds: Sequence[int | None]) -> Lazy:
         sizes = np.array([max(1, (seed.bit_length() + 31) // 32) for seed in entropy], np.int64)
         words = np.array([[seed >> 32 * i & 0xFFFFFFFF for i in range(sizes.max())] for seed in entropy], np.uint64)
     return Lazy(entropy, words, sizes, np.full(len(entropy), NO_KEY))
+
+
+def seed_of(generators: Generators, b: int) -> int:
+    """The seed of a generator, also of its children; -1 where it has none that is one number."""
+    if isinstance(generators, Lazy):
+        return generators.seed(b)
+    seed = getattr(generators[b].bit_generator.seed_seq, "entropy", None)
+    return int(seed) if isinstance(seed, (int, np.integer)) else -1
 
 
 def part_of(generators: Generators, rows: IntArray) -> Generators:

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 
+from cps_envs.core.declare.series import Series, series_of
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, near, shown
-from cps_envs.core.types import ROLES, Role
+from cps_envs.core.types import ROLES, FloatArray, Role
 
 Range = float | tuple[float, float]  # an exact value, or the bounds of a uniform draw at each reset
 IntRange = int | tuple[int, int]
+Bodies = float | tuple[float, ...]  # of all bodies, or one value for each
+OverTime = float | tuple[float, ...] | Series  # of all bodies, one value for each, or a series
+TRACES = "traces"  # the argument that fills fields from a file
 Config = TypeVar("Config")
 
 
@@ -26,23 +31,65 @@ def quantity(
     high: float = math.inf,
     choices: Sequence[str] = (),
     ranged: bool = False,
+    bodies: str = "",
+    series: str = "",
     form: Sequence[Role] = (),
 ) -> Any:
     """A dataclass field with its unit, its admissible interval [low, high], and where the number comes from.
 
     A `ranged` field takes either one value or a pair (low, high) from which each reset draws uniformly. A field
     annotated `tuple[int, ...]`, `tuple[float, ...]` or, with choices, `tuple[str, ...]` takes any number of entries,
-    each of which obeys the bounds or is one of the choices. `form` names the roles of which the field says how they see
-    and act, and not what happens: a trained policy brings its own value along.
+    each of which obeys the bounds or is one of the choices. With `bodies`, such as "zone", a field takes one value for
+    all of them, or a tuple with one for each, which the configuration counts. With `series`, a rule of `series.RULES`,
+    it takes a `Series` too, which is resampled by that rule. `form` names the roles of which the field says how they
+    see and act, and not what happens: a trained policy brings its own value along.
     """
     metadata = {"unit": unit, "low": low, "high": high, "source": source, "choices": tuple(choices), "ranged": ranged}
-    return dataclasses.field(default=default, metadata={**metadata, "form": tuple(form)})
+    metadata |= {"bodies": bodies, "series": series, "form": tuple(form)}
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 def form_fields(config: Any, *roles: str) -> tuple[str, ...]:
     """The fields of a configuration that say how one of these roles sees and acts; of either without roles."""
     wanted = set(roles or ROLES)
     return tuple(each.name for each in dataclasses.fields(config) if wanted & set(each.metadata.get("form", ())))
+
+
+def series_fields(config: Any) -> dict[str, str]:
+    """The fields of a configuration, or of its class, that take a series, and their units."""
+    return {each.name: each.metadata["unit"] for each in dataclasses.fields(config) if each.metadata.get("series")}
+
+
+def series_in(config: Any) -> dict[str, Series]:
+    """The fields of a configuration that are a series."""
+    given = {name: getattr(config, name) for name in series_fields(config)}
+    return {name: value for name, value in given.items() if isinstance(value, Series)}
+
+
+def over_time(config: Any, name: str, times_s: FloatArray, count: int) -> FloatArray:
+    """A field at some times (T,), one column for each of `count` bodies: (T, count)."""
+    value = getattr(config, name)
+    rule = next(each.metadata["series"] for each in dataclasses.fields(config) if each.name == name)
+    rows = value.at(times_s, rule) if isinstance(value, Series) else np.reshape(np.array(value, np.float64), (1, -1))
+    found: FloatArray = np.broadcast_to(rows, (len(times_s), count)).copy()
+    return found
+
+
+def check_bodies(config: Any, count: int) -> None:
+    """See that fields of bodies have one value for all, or one for each of `count`.
+
+    Raises:
+        ConfigurationError: one has another number of them.
+    """
+    for field in dataclasses.fields(config):
+        if word := field.metadata.get("bodies"):
+            value = getattr(config, field.name)
+            given = value.width if isinstance(value, Series) else len(value) if isinstance(value, tuple) else 1
+            pair = field.metadata["ranged"] and isinstance(value, tuple) and given == 2
+            if given not in (1, count) and not pair:
+                raise ConfigurationError(
+                    f"{field.name} has {given} values for {count} {word}s; give one for all, or one for each."
+                )
 
 
 def bounds(value: Range) -> tuple[float, float]:
@@ -62,17 +109,34 @@ def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
         UnknownOptionError: an unknown field; the message names the near ones.
         ConfigurationError: a wrong type or a value out of bounds; the message names the remedy.
     """
-    fields = {field.name for field in dataclasses.fields(base)}  # type: ignore[arg-type]
+    fields, timed = {field.name for field in dataclasses.fields(base)}, series_fields(base)  # type: ignore[arg-type]
     for name in overrides:
-        if name not in fields:
+        if name not in fields and not (name == TRACES and timed):
             raise UnknownOptionError(
                 f"{type(base).__name__} has no field {name!r} (unexpected keyword argument {name!r}). "
-                f"{near(name, fields)}"
+                f"{near(name, [*fields, TRACES] if timed else fields)}"
             )
-    return dataclasses.replace(base, **{name: _field(name, value) for name, value in overrides.items()})  # type: ignore[type-var]
+    own = {name: _field(name, value, timed) for name, value in overrides.items() if name != TRACES}
+    if overrides.get(TRACES) is not None:
+        own = _with_traces(overrides[TRACES], timed, own)
+    return dataclasses.replace(base, **own)  # type: ignore[type-var]
 
 
-def _field(name: str, value: Any) -> Any:
+def _with_traces(path: Any, timed: Mapping[str, str], own: dict[str, Any]) -> dict[str, Any]:
+    """Overrides with the series of a file."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise ConfigurationError(f"{TRACES} = {shown(path)} must be the path of a file.")
+    from cps_envs.core.declare.traces import read_traces
+
+    found = read_traces(os.fspath(path), timed)
+    if both := sorted(set(found) & set(own)):
+        raise ConfigurationError(f"{both[0]} is given, and {path} has a column of it: leave one of them out.")
+    return {**own, **found}
+
+
+def _field(name: str, value: Any, timed: Mapping[str, str]) -> Any:
+    if name in timed and isinstance(value, Mapping):
+        return series_of(name, value)
     try:
         return _plain(value)
     except RecursionError as error:
@@ -80,7 +144,9 @@ def _field(name: str, value: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Lists, as JSON has them, as tuples, and numpy's numbers as Python's."""
+    """Lists, as JSON has them, and arrays as tuples, and numpy's numbers as Python's."""
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
     if isinstance(value, (list, tuple)):
         return tuple(_plain(part) for part in value)
     return value.item() if isinstance(value, np.generic) else value
@@ -147,8 +213,11 @@ def _check_text(name: str, value: Any) -> None:
 
 def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
     rule, listed, integral = field.metadata, is_list(field), is_whole(field)
+    if isinstance(value, Series) and rule["series"]:
+        return _check_series(field, value)
     pair = rule["ranged"] and isinstance(value, tuple) and len(value) == 2
-    parts = value if pair or listed else (value,)
+    several = bool(rule["bodies"]) and isinstance(value, tuple) and len(value) > 0
+    parts = value if pair or listed or several else (value,)
     if (listed and not isinstance(value, tuple)) or not all(_is_number(part, integral) for part in parts):
         raise ConfigurationError(f"{field.name} = {shown(value)} must be {_kind(field, integral)} in {rule['unit']}.")
     if not all(rule["low"] <= part <= rule["high"] for part in parts):
@@ -156,6 +225,18 @@ def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
         raise ConfigurationError(f"{field.name} = {shown(value)} is outside {allowed}; the default is {field.default}.")
     if pair and value[0] > value[1]:
         raise ConfigurationError(f"{field.name} = {shown(value)}: the lower end comes first.")
+
+
+def _check_series(field: dataclasses.Field[Any], series: Series) -> None:
+    rule = field.metadata
+    wrong = np.argwhere((series.values < rule["low"]) | (series.values > rule["high"]))
+    if len(wrong):
+        row, column = wrong[0].tolist()
+        name = f"{field.name}_{column + 1}" if series.width > 1 else field.name
+        raise ConfigurationError(
+            f"{name}, {series.place(row)}: {series.values[row, column]:g} is outside "
+            f"[{rule['low']:g}, {rule['high']:g}] {rule['unit']}."
+        )
 
 
 def _is_number(part: Any, integral: bool) -> bool:
@@ -167,7 +248,11 @@ def _kind(field: dataclasses.Field[Any], integral: bool) -> str:
     whole = "whole " if integral else ""
     if is_list(field):
         return f"a tuple of {whole}numbers"
-    return f"a {whole}number" + (f" or a pair (low, high) of {whole}numbers" if field.metadata["ranged"] else "")
+    rule, kinds = field.metadata, [f"a {whole}number"]
+    kinds += [f"a pair (low, high) of {whole}numbers"] if rule["ranged"] else []
+    kinds += [f"a tuple with one for each {rule['bodies']}"] if rule["bodies"] else []
+    kinds += ["a series (values with step_s)"] if rule["series"] else []
+    return " or ".join(kinds)
 
 
 def parameter_table(config: Any) -> str:

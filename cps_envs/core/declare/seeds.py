@@ -19,6 +19,7 @@ SEEDS_PER_RUN = 100_000  # more than any number of environments, times resumptio
 MOST_RUNS = 9_000  # so that training ends below 10^9, from where on scores have their seeds
 SPLITS: Mapping[str, int] = {"dev": 10**9, "test": 10**12, "audit": 10**15}  # of scores: the first seed of each
 BLOCK = 10**6  # seeds of an opponent
+SPLIT_SPANS: Mapping[str, int] = {"dev": 10**8, "test": 10**8, "audit": 10**18}  # seeds from the first of a split on
 
 
 def training_seed(seed: int, resumption: int = 0) -> int:
@@ -36,3 +37,11 @@ def score_seeds(split: str, place: int, episodes: int, draw: int = 0) -> range:
     """The seeds of a score against the opponent at a place of its panel; `draw` is the verifier's, of an audit."""
     first = SPLITS[split] + draw * 10**9 + (1 + place) * BLOCK
     return range(first, first + episodes)
+
+
+def is_judged(seed: int) -> bool:
+    """Whether an episode of this seed is for a judgement that is shown: evaluation and scores.
+
+    Training, validation, which chooses among checkpoints, and any other seed are not.
+    """
+    return seed in EVALUATION or any(0 <= seed - first < SPLIT_SPANS[split] for split, first in SPLITS.items())

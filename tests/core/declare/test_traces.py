@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cps_envs.core.declare.config import configure
+from cps_envs.core.declare.series import Series
+from cps_envs.core.declare.traces import read_traces
+from cps_envs.core.errors import ConfigurationError
+from tests.core.declare.test_series import Shed
+
+UNITS = {"outdoor_c": "C", "heat_w": "W", "leader_speed_mps": "m/s"}
+HEAD = "time_s,outdoor_c\n"
+
+
+def written(folder: Path, text: str, name: str = "shed.csv") -> Path:
+    path = folder / name
+    path.write_bytes(gzip.compress(text.encode()) if name.endswith(".gz") else text.encode())
+    return path
+
+
+def test_columns_become_series(tmp_path: Path) -> None:
+    text = "# made up\ntime_s, outdoor_c ,heat_w_2,heat_w_1\n\n3600,1.5,4,2\n7200,2.5,5,3\n10800,2,6,4\n"
+    for name in ("shed.csv", "shed.csv.gz", "SHED.CSV"):
+        found = read_traces(written(tmp_path, text, name), UNITS)
+        assert found == {
+            "outdoor_c": Series([1.5, 2.5, 2.0], 3600, 3600),
+            "heat_w": Series([[2, 4], [3, 5], [4, 6]], 3600, 3600),
+        }
+    assert found["outdoor_c"].place(0) == "line 4 of SHED.CSV"
+
+
+def test_what_spreadsheets_write_is_read(tmp_path: Path) -> None:
+    found = read_traces(written(tmp_path, '\ufeff"time_s","outdoor_c"\r\n0,1e1\r\n0.1,-2\r\n0.2,3'), UNITS)
+    assert found["outdoor_c"].values[:, 0].tolist() == [10, -2, 3]
+    assert found["outdoor_c"].step_s == pytest.approx(0.1)
+
+
+def test_a_configuration_takes_a_file(tmp_path: Path) -> None:
+    path = written(tmp_path, "time_s,outdoor_c,heat_w_1,heat_w_2\n0,1,2,3\n60,1,2,3\n")
+    shed = configure(Shed(), {"traces": path, "rooms": 2})
+    assert shed == Shed(outdoor_c=Series([1, 1], 60), heat_w=Series([[2, 3]] * 2, 60))
+    with pytest.raises(ConfigurationError, match="outdoor_c is given, and"):
+        configure(Shed(), {"traces": str(path), "outdoor_c": 3})
+    with pytest.raises(ConfigurationError, match=r"line 3 of hot.csv: 70 is outside"):
+        configure(Shed(), {"traces": written(tmp_path, HEAD + "0,1\n60,70\n", "hot.csv")})
+    assert configure(Shed(), {"traces": None}) == Shed()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty"),
+        ("# only a comment\n", "is empty"),
+        (HEAD, "has 0 line"),
+        (HEAD + "0,1\n", "has 1 line"),
+        ("outdoor_c\n1\n2\n", "no column 'time_s'"),
+        ("time,outdoor_c\n0,1\n1,2\n", "column 'time', which is no series"),
+        ("time_s\n0\n1\n", "times only"),
+        ("time_s,outdoor_f\n0,50\n1,51\n", "outdoor is in C here: convert it and name it 'outdoor_c'"),
+        ("time_s,leader_speed_kmh\n0,50\n1,51\n", "leader_speed is in m/s here"),
+        ("time_s,outdor_c\n0,5\n1,5\n", "Did you mean 'outdoor_c'"),
+        ("time_s,outdoor_c,outdoor_c\n0,5,5\n1,5,5\n", "'outdoor_c' twice"),
+        ("time_s,outdoor_c,\n0,5,5\n1,5,5\n", "without a name"),
+        ("time_s;outdoor_c\n0;5\n1;5\n", "line 1: separate columns by commas"),
+        (HEAD + "0,1\n60\n", "line 3 has 1 columns, and the first 2"),
+        (HEAD + "0,1\n60,2,3\n", "line 3 has 3 columns"),
+        (HEAD + "0,1\n60,\n120,1\n", "line 3, column 'outdoor_c': is empty; fill the gap"),
+        (HEAD + "0,1\n60,warm\n", "line 3, column 'outdoor_c': 'warm' is no number"),
+        (HEAD + "0,1\n60,nan\n", "line 3, column 'outdoor_c': nan is no measured value"),
+        (HEAD + "0,1\n60,inf\n", "line 3, column 'outdoor_c': inf"),
+        (HEAD + "nan,1\n60,2\n", "line 2, column 'time_s': nan"),
+        (HEAD + "0,1\n60,2\n30,3\n", "line 4, column 'time_s': 30 s comes after 60 s"),
+        (HEAD + "0,1\n60,2\n60,3\n120,4\n", "line 4, column 'time_s': 60 s comes after 60 s"),
+        (HEAD + "0,1\n60,2\n180,3\n240,4\n", "line 4, column 'time_s': 180 s follows 60 s.*fill the gap"),
+        (HEAD + "2024-01-01,1\n2024-01-02,2\n", "'2024-01-01' is no number"),
+        ("time_s,heat_w_1,heat_w_3\n0,1,1\n1,1,1\n", "columns of heat_w 1, 3"),
+        ("time_s,heat_w,heat_w_1\n0,1,1\n1,1,1\n", "columns of heat_w 0, 1"),
+        ('time_s,outdoor_c\n0,"1\n2"\n', "line break inside quotation marks"),
+    ],
+)
+def test_broken_files_are_refused_with_line_and_column(tmp_path: Path, text: str, said: str) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(ConfigurationError, match=said) as caught:
+        read_traces(path, UNITS)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_such_file_is_refused(tmp_path: Path) -> None:
+    for name, data, said in (
+        ("a.xlsx", b"", r"save it as .csv, .csv.gz, .parquet"),
+        ("a.csv.gz", b"no gzip", "cannot be read: Not a gzipped file"),
+        ("b.csv.gz", gzip.compress(HEAD.encode() * 99)[:-9], "cannot be read: "),
+        ("a.csv", b"\xff\xfe\x00", "no text in UTF-8"),
+        ("a.parquet", b"nothing", "pyarrow|cannot be read as Parquet"),
+    ):
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(ConfigurationError, match=said):
+            read_traces(tmp_path / name, UNITS)
+    for name in ("missing.csv", ""):
+        with pytest.raises(ConfigurationError, match=r"No such file|no file of series"):
+            read_traces(tmp_path / name, UNITS)
+
+
+def test_parquet_is_read_where_pyarrow_is(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = pyarrow.table({"time_s": np.arange(3.0), "outdoor_c": [1, 2, 3]})
+    parquet.write_table(table, tmp_path / "a.parquet")
+    assert read_traces(tmp_path / "a.parquet", UNITS) == {"outdoor_c": Series([1, 2, 3], 1)}
