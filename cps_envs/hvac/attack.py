@@ -22,17 +22,17 @@ def sense(model: Model, rules: Rules, episode: State, action: FloatArray) -> Non
     `action` is (S + 1,), or (S,) where only biases are possible; an entry of 1 is half the sensor range.
     """
     k = episode.step[0]
-    middle = 0.5 * (rules.sensor_high_c + rules.sensor_low_c)
-    reach = 0.5 * (rules.sensor_high_c - rules.sensor_low_c)
     base = action[-1] if rules.any_base else OWN
     own = -EDGE <= base <= EDGE
     for s in range(len(model.zone)):
+        low, high = model.sensor_low_c[s], model.sensor_high_c[s]
+        middle, reach = 0.5 * (high + low), 0.5 * (high - low)
         true = episode.temperature[model.zone[s]]
-        episode.measured[s] = true + rules.noise_std_c * episode.series[k, s]
+        episode.measured[s] = true + model.noise_c[s] * episode.series[k, s]
         episode.reading[s] = episode.measured[s]
         if episode.compromised[s] and k >= episode.onset[0] and not (own and action[s] == 0.0):
             origin = episode.measured[s] if own else (true if base < 0.0 else middle)
-            episode.reading[s] = clip(origin + reach * action[s], rules.sensor_low_c, rules.sensor_high_c)
+            episode.reading[s] = clip(origin + reach * action[s], low, high)
 
 
 def absolute_action(config: HvacConfig, reading_c: Array) -> FloatArray:
@@ -41,11 +41,11 @@ def absolute_action(config: HvacConfig, reading_c: Array) -> FloatArray:
     Raises:
         ConfigurationError: a reading outside the sensor range, or a configuration whose attacker only adds biases.
     """
-    low, high = config.sensor_low_c, config.sensor_high_c
+    low, high = np.asarray(config.sensor_low_c), np.asarray(config.sensor_high_c)
     if not ((reading_c >= low) & (reading_c <= high)).all():
         raise ConfigurationError(
-            f"a forged reading lies outside the sensor range [{low}, {high}] C: clip it, or widen sensor_low_c and "
-            "sensor_high_c."
+            f"a forged reading lies outside the sensor range [{low.max()}, {high.min()}] C: clip it, or widen "
+            "sensor_low_c and sensor_high_c."
         )
     return _based(config, (reading_c - 0.5 * (high + low)) / (0.5 * (high - low)), ABSOLUTE)
 
@@ -59,7 +59,7 @@ def bias_action(config: HvacConfig, bias_c: Array, *, keep_noise: bool = False) 
     Raises:
         ConfigurationError: a bias without noise where the configuration's attacker only adds to its own readings.
     """
-    shares = bias_c / (-0.5 * (config.sensor_high_c - config.sensor_low_c))
+    shares = bias_c / (-0.5 * (np.asarray(config.sensor_high_c) - np.asarray(config.sensor_low_c)))
     shares = np.minimum(np.maximum(shares, -1.0), 1.0)  # np.clip takes several times as long on small arrays
     return _based(config, shares, OWN if keep_noise else NOISE_FREE)
 

@@ -10,6 +10,7 @@ from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation, State
+from cps_envs.hvac.building import outdoor_range
 from cps_envs.hvac.columns import squeezed
 from cps_envs.hvac.comparison import fill_rows, tables
 from cps_envs.hvac.config import HvacConfig
@@ -61,13 +62,8 @@ def belief_fields(config: HvacConfig) -> Fields:
         Field("others_believed", "-", 0, 1, (), "share of the other sensors that it uses"),
         Field("left_h", "h", 0, config.duration_h, (), "until the end of the episode"),
         Field("time_of_day", "-", -1, 1, (2,), "sine and cosine of the 24 h angle"),
-        Field("outdoor_c", "C", *_outside(config), (), "outside temperature now, as forecast"),
+        Field("outdoor_c", "C", *outdoor_range(config), (), "outside temperature now, as forecast"),
     )
-
-
-def _outside(config: HvacConfig) -> tuple[float, float]:
-    swing = max(abs(config.outdoor_swing_c), 1.0)
-    return config.outdoor_mean_c - swing, config.outdoor_mean_c + swing
 
 
 class Belief(Adapter):

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.declare.config import extremes, over_time, series_in
+from cps_envs.core.declare.places import Places, place_episodes
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.parameters import Parameters
+from cps_envs.hvac.parameters import DAY_S, Parameters
 
-DAY_S = 86_400.0
+AHEAD_H = (0.0, 2.0, 4.0, 6.0)  # at which the defender sees the outside temperature
 
 
 class Building(NamedTuple):
@@ -65,15 +67,50 @@ def rates(config: Parameters) -> FloatArray:
     return config.step_s * conductances(config)
 
 
-def outdoor(config: Parameters, steps: int) -> FloatArray:
-    """Outside temperature (steps,), C, from midnight on: a mean and a sine of 24 h."""
-    time_s = config.step_s * np.arange(steps)
-    temperature_c: FloatArray = config.outdoor_mean_c + config.outdoor_swing_c * np.sin(2.0 * np.pi * time_s / DAY_S)
+def outdoor(config: Parameters, times_s: FloatArray) -> FloatArray:
+    """Outside temperature (T,), C, at times (T,) from midnight on: `outdoor_c`, or a mean and a sine of 24 h."""
+    if config.outdoor_c != ():
+        return over_time(config, "outdoor_c", times_s, 1)[:, 0]
+    temperature_c: FloatArray = config.outdoor_mean_c + config.outdoor_swing_c * np.sin(2.0 * np.pi * times_s / DAY_S)
     return temperature_c
 
 
-def weather(config: Parameters, steps: int) -> FloatArray:
-    """The temperature w (steps, n), C, behind each zone's wall: ground or outside."""
-    w = np.repeat(outdoor(config, steps)[:, np.newaxis], config.num_zones, axis=1)
-    w[:, np.array(config.ground_zones, int) - 1] = config.ground_c
+def outdoor_range(config: Parameters) -> tuple[float, float]:
+    """The least and the greatest outside temperature, C, at least 1 C on both sides of their middle."""
+    if config.outdoor_c == ():
+        swing = max(config.outdoor_swing_c, 1.0)
+        return config.outdoor_mean_c - swing, config.outdoor_mean_c + swing
+    low, high = extremes(config.outdoor_c)
+    middle = 0.5 * (low + high)
+    return min(low, middle - 1.0), max(high, middle + 1.0)
+
+
+def weather(config: Parameters, times_s: FloatArray) -> FloatArray:
+    """The temperature w (T, n), C, behind each zone's wall: ground or outside.
+
+    Internal heat q of a zone with the wall resistance R is there as R q: B q = G R q in (4.5).
+    """
+    w = np.repeat(outdoor(config, times_s)[:, np.newaxis], config.num_zones, axis=1)
+    ground = np.array(config.ground_zones, int) - 1
+    w[:, ground] = over_time(config, "ground_c", times_s, len(ground))
+    if config.internal_heat_w != 0.0:
+        heat_w = over_time(config, "internal_heat_w", times_s, config.num_zones)
+        w += heat_w * np.array(config.wall_resistance_k_per_w)
     return w
+
+
+def places_of(config: Parameters) -> Places:
+    """Where in the series episodes begin: at midnights.
+
+    Raises:
+        ConfigurationError: the series are too short.
+    """
+    ahead_s = max(config.prediction_steps * config.step_s, 3600.0 * AHEAD_H[-1])
+    return place_episodes(
+        list(series_in(config).values()),
+        step_s=config.step_s,
+        steps=config.num_steps + round(ahead_s / config.step_s),
+        every_s=DAY_S,
+        split=config.series_split,
+        block_s=config.series_block_s,
+    )

@@ -7,7 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel
+from cps_envs.core.declare.config import of_bodies
 from cps_envs.core.declare.fields import encode_row
+from cps_envs.core.declare.series import Series
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.hvac.columns import SMALL
 from cps_envs.hvac.config import HvacConfig
@@ -20,7 +22,8 @@ SMALL_C, SMALL_STD = SMALL["C"], SMALL["std"]
 class Tables(NamedTuple):
     """Lookup tables for the rows of S sensors, with C choices; sets and filters as in `neighbours`."""
 
-    reference_c: float
+    reference_c: FloatArray  # (n,) set-points, where they stay
+    scheduled: bool  # set-points change: they are observed
     duration_h: float
     zones: int
     everybody: int  # the filter of all sensors
@@ -39,8 +42,11 @@ def tables(config: HvacConfig) -> Tables:
         ConfigurationError: see `Neighbours`.
     """
     near, used = Neighbours(config), sensors_of_choices(config)
+    given = config.reference_c
+    scheduled = isinstance(given, Series)
     return Tables(
-        reference_c=config.reference_c,
+        reference_c=of_bodies(0.0 if isinstance(given, Series) else given, config.num_zones),
+        scheduled=scheduled,
         duration_h=config.duration_h,
         zones=config.num_zones,
         everybody=near.everybody,
@@ -137,8 +143,9 @@ def show_estimates(tables: Tables, seen: FloatArray, at: Record, s: int, row: Fl
     by_filter = seen[at.estimate + (filters + tables.without[s]) * zones + zone]
     observer = seen[at.estimate + (1 + tables.without[s]) * zones + zone]
     alone = seen[at.estimate + (1 + tables.alone[s]) * zones + zone]
-    row[to.x_all] = np.arcsinh((by_all - tables.reference_c) / SMALL_C)
-    row[to.x_observer] = np.arcsinh((observer - tables.reference_c) / SMALL_C)
+    wanted = seen[at.reference_c + zone] if tables.scheduled else tables.reference_c[zone]
+    row[to.x_all] = np.arcsinh((by_all - wanted) / SMALL_C)
+    row[to.x_observer] = np.arcsinh((observer - wanted) / SMALL_C)
     row[to.observer_filter] = np.arcsinh((observer - by_all) / SMALL_C)
     row[to.alone_observer] = np.arcsinh((alone - observer) / SMALL_C)
     row[to.without_all] = np.arcsinh((by_filter - by_all) / SMALL_C)

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cps_envs.core.declare.config import bounds, validate
+from cps_envs.core.declare.config import bounds, check_bodies, extremes, of_bodies, validate
+from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.hvac.building import conductances
+from cps_envs.hvac.building import conductances, places_of
 from cps_envs.hvac.parameters import MAX_ZONES, Parameters
 from cps_envs.hvac.sensors import attack_order, sensor_sets
 
@@ -30,9 +31,11 @@ class HvacConfig(Parameters):
     def __post_init__(self) -> None:
         validate(self)
         _check_building(self)
+        check_bodies(self, {"zone": self.num_zones, "sensor": self.num_sensors})
         _check_sensors(self)
         _check_attack(self)
         _check_clock(self)
+        places_of(self)
 
 
 def _check_building(config: Parameters) -> None:
@@ -74,14 +77,23 @@ def _check_sensors(config: Parameters) -> None:
         sensors in (zones, 2 * zones),
         f"num_sensors = {sensors}: a zone has one or two sensors; choose {zones} or {2 * zones}.",
     )
-    low, high = config.sensor_low_c, config.sensor_high_c
-    _require(low < high, f"sensor_low_c = {low} must lie below sensor_high_c = {high}.")
+    lows, highs = of_bodies(config.sensor_low_c, sensors), of_bodies(config.sensor_high_c, sensors)
+    _require(
+        bool((lows < highs).all()),
+        f"sensor_low_c = {config.sensor_low_c} must lie below sensor_high_c = {config.sensor_high_c}.",
+    )
+    low, high = float(lows.max()), float(highs.min())
     for name in ("reference_c", "initial_c"):
         value = getattr(config, name)
+        least, most = extremes(value)
         _require(
-            low <= value <= high,
+            low <= least and most <= high,
             f"{name} = {value} lies outside the sensor range [{low}, {high}]; widen sensor_low_c, sensor_high_c.",
         )
+    for name in ("outdoor_c", "ground_c"):
+        value = getattr(config, name)
+        wide = value.width if isinstance(value, Series) else 1
+        _require(wide == 1, f"{name} has {wide} values at a time; all zones have the same.")
     counts = len(config.thresholds_c2)
     _require(counts == 2, f"thresholds_c2 has {counts} values; give one for one sensor per zone and one for two.")
     _check_sets(config)

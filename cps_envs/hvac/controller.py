@@ -9,6 +9,8 @@ import numpy as np
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.building import Building
 
+CHUNK = 30_000  # rows of a product at a time: a year at once would take gigabytes
+
 
 class Prediction(NamedTuple):
     """X = M1 x(k) + M2 dx(k) + M3 dU + M4 dW over N steps of n zones, (4.13)."""
@@ -20,11 +22,15 @@ class Prediction(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """du(k) = K_e (x_r - xh(k)) - K_d dxh(k) - K_w dW(k), (4.18) without constraints."""
+    """du(k) = K_e (x_r - xh(k)) - K_d dxh(k) - K_w dW(k), (4.18) without constraints.
+
+    Where set-points change, K_r (x_r(k + 1) - x_r(k), ..., x_r(k + N) - x_r(k)) comes to it, from the same program.
+    """
 
     K_e: FloatArray  # (n, n) W/C
     K_d: FloatArray  # (n, n) W/C
     K_w: FloatArray  # (n, N n) W/C
+    K_r: FloatArray  # (n, N n) W/C, of set-points; its blocks sum to K_e
 
 
 def predict(building: Building, horizon: int) -> Prediction:
@@ -50,14 +56,26 @@ def gains(building: Building, horizon: int, move_weight: float) -> Gains:
     H_c = M3.T @ M3 + move_weight * np.eye(len(M3.T))
     first = np.eye(len(H_c), len(building.A))
     L = np.linalg.solve(H_c, first).T @ M3.T
-    return Gains(K_e=L @ M1, K_d=L @ M2, K_w=L @ M4)
+    return Gains(K_e=L @ M1, K_d=L @ M2, K_w=L @ M4, K_r=L)
 
 
-def feedforward(K_w: FloatArray, w: FloatArray, steps: int) -> FloatArray:
-    """K_w dW(k) of the known weather, (steps, n) W; w (at least steps + N - 1, n) in C, with w(-1) = w(0)."""
+def feedforward(gains: Gains, w: FloatArray, reference: FloatArray, steps: int) -> FloatArray:
+    """K_w dW(k) of the known weather less K_r of the set-points to come, (steps, n) W, from step 0 on.
+
+    Both courses are (T, n) in C with T at least steps + N; w(-1) = w(0).
+    """
     n = w.shape[1]
-    horizon = K_w.shape[1] // n
+    horizon = gains.K_w.shape[1] // n
     dw = np.diff(w, axis=0, prepend=w[:1])
-    windows = np.lib.stride_tricks.sliding_window_view(dw.reshape(-1), horizon * n)[::n][:steps]
-    ahead: FloatArray = windows @ K_w.T
+    ahead = _in_windows(dw, horizon, steps, gains.K_w)
+    if (reference != reference[0]).any():
+        coming = _in_windows(reference[1:], horizon, steps, gains.K_r)
+        ahead -= coming - reference[:steps] @ gains.K_r.reshape(n, horizon, n).sum(axis=1).T
     return ahead
+
+
+def _in_windows(course: FloatArray, horizon: int, steps: int, gain: FloatArray) -> FloatArray:
+    """The product of a gain (n, N n) with the N rows of a course (T, n) from each of so many steps on, (steps, n)."""
+    n = course.shape[1]
+    windows = np.lib.stride_tricks.sliding_window_view(course.reshape(-1), horizon * n)[::n][:steps]
+    return np.concatenate([windows[k : k + CHUNK] @ gain.T for k in range(0, steps, CHUNK)])

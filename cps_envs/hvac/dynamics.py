@@ -15,8 +15,8 @@ from cps_envs.hvac.state import Scratch, State
 def heat(model: Model, rules: Rules, episode: State, change: FloatArray, desk: Desk) -> None:
     """Set the heating of this step from xh(k), which the controller was fed, and dxh(k), both (n,) C.
 
-    The integrator u_c is continuous and within [0, E]; only what is applied is rounded to a level (4.18). On levels
-    the next step goes on from what was applied.
+    The integrator u_c is continuous and within the limits of the plant, [0, E]; only what is applied is rounded to a
+    level (4.18). On levels the next step goes on from what was applied.
     """
     if rules.plans:
         plan(model, rules, episode, change, desk)
@@ -24,34 +24,35 @@ def heat(model: Model, rules: Rules, episode: State, change: FloatArray, desk: D
     else:
         add_gains(model, rules, episode, change)
     for i in range(len(change)):
-        level = np.rint(episode.integrator[i] / rules.level_w)
-        episode.heating[i] = min(rules.level_w * level, rules.max_heating_w)
+        level = np.rint(episode.integrator[i] / model.level_w[i])
+        episode.heating[i] = clip(model.level_w[i] * level, model.least_w[i], model.most_w[i])
     if rules.on_levels:
         copy(episode.heating, episode.integrator)
 
 
 @inlined
 def add_gains(model: Model, rules: Rules, episode: State, change: FloatArray) -> None:
-    """The integrator u_c by the gains of the program without limits, and clamped to [0, E]."""
-    ahead = model.feedforward[episode.step[0]]
+    """The integrator u_c by the gains of the program without limits, and clamped to those of the plant."""
+    now = episode.first[0] + episode.step[0]
+    ahead = model.feedforward[now]
     for i in range(len(ahead)):
         du = -ahead[i]
         for j in range(len(ahead)):
-            du += model.error_gain[i, j] * (rules.reference_c - episode.fed[j])
+            du += model.error_gain[i, j] * (model.reference[now, j] - episode.fed[j])
             du -= model.difference_gain[i, j] * change[j]
-        episode.integrator[i] = clip(episode.integrator[i] + du, 0.0, rules.max_heating_w)
+        episode.integrator[i] = clip(episode.integrator[i] + du, model.least_w[i], model.most_w[i])
 
 
 @inlined
 def move(model: Model, rules: Rules, episode: State, scratch: Scratch) -> None:
     """Go from k to k + 1: the plant (4.5) with what the model does not know, and the forced response."""
     k, supplied, reached = episode.step[0], scratch.change, scratch.vector
-    w = model.weather[k]
+    w = model.weather[episode.first[0] + k]
     for i in range(len(w)):
         supplied[i] = episode.heating[i] + episode.heat[i]
         if len(episode.heat_drift) > 0:
             supplied[i] += episode.heat_drift[k, i]
-        episode.energy_j[0] += episode.heating[i] * rules.step_s
+        episode.energy_j[0] += abs(episode.heating[i]) * rules.step_s
     drift(episode.plant, model, episode.temperature, supplied, w, reached)
     if len(episode.outdoor_error) > 0:
         for i in range(len(w)):

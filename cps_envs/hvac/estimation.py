@@ -33,7 +33,8 @@ def estimate(model: Model, rules: Rules, episode: State, scratch: Scratch) -> No
             estimate_set(model, episode, a, scratch)
             episode.residual_sum[a] += episode.residual[a]
             episode.mean_residual[a] = episode.residual_sum[a] / samples
-        drift(model.A, model, episode.fed, episode.heating, model.weather[k - 1], episode.estimate[by_model])
+        w = model.weather[episode.first[0] + k - 1]
+        drift(model.A, model, episode.fed, episode.heating, w, episode.estimate[by_model])
         for f in range(len(episode.filtered)):
             copy(episode.filtered[f, : len(model.B)], episode.estimate[by_model + 1 + f])
         return

@@ -6,6 +6,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
@@ -116,7 +117,8 @@ class Expected(Adapter):
         With it where the true temperature is beyond the bounds of what the attacker sees.
         """
         true_c = seen["temperature"][:, self._zone]
-        in_sight = np.abs(true_c - self._config.reference_c) < NEAR_C - 1e-3
+        low_c, high_c = self._config.reference_range_c
+        in_sight = np.abs(true_c - 0.5 * (low_c + high_c)) < 0.5 * (high_c - low_c) + NEAR_C - 1e-3
         noise_c = np.where(in_sight, seen["measured"] - true_c, 0.0)
         r: FloatArray = seen["innovation"][:, self._near.everybody] - noise_c * self._scale
         return r
@@ -126,7 +128,8 @@ class Expected(Adapter):
         bias_c, level = state
         near, mean, config = self._near, seen["innovation_mean"], self._config
         liars, age_h = seen["compromised"], seen["attack_h"][:, np.newaxis]
-        error_c = seen["temperature"] - config.reference_c
+        scheduled = isinstance(config.reference_c, Series)
+        error_c = seen["temperature"] - (seen["reference_c"] if scheduled else np.asarray(config.reference_c))
         own_c = error_c[:, self._zone]
         columns = {
             "bias": squeeze(bias_c, "C"),

@@ -29,7 +29,7 @@ def update_filters(model: Model, rules: Rules, episode: State, scratch: Scratch)
             for i in range(n):
                 scratch.change[i] = episode.heating[i] + d[i]
                 d[i] *= rules.filter_memory
-            drift(model.A, model, x, scratch.change, model.weather[k - 1], scratch.vector)
+            drift(model.A, model, x, scratch.change, model.weather[episode.first[0] + k - 1], scratch.vector)
             copy(scratch.vector, x)
         copy(x, scratch.vector)
         for s in range(len(model.zone)):

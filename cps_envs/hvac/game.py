@@ -12,6 +12,7 @@ from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, kernel, lend, pack, unpack, view
 from cps_envs.core.declare.config import bounds
+from cps_envs.core.declare.places import halves_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
@@ -89,7 +90,7 @@ class HvacGame(Game):
         self.neutral_action = {"attacker": np.zeros(entries), "defender": np.array(READINGS)}
         self.payoff_parts = (PAID[config.payoff],)
         heat, *forecast = (bounds(size)[1] > 0 for size in disturbances(config))
-        self.state: State = allocate(num_envs, self.constants, drifting=heat, misforecast=any(forecast))
+        self.state: State = allocate(num_envs, self.constants, self.rules, drifting=heat, misforecast=any(forecast))
         self._views = Views(
             attacker=np.zeros((num_envs, self.fields["attacker"].size)),
             defender=np.zeros((num_envs, self.fields["defender"].size)),
@@ -108,7 +109,7 @@ class HvacGame(Game):
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += self.num_envs
         with drawing(generators, np.flatnonzero(envs)) as streams:
-            begin(self._batch, self._draws, streams, self._quiet, envs)
+            begin(self._batch, self._draws, halves_of(generators, envs), streams, self._quiet, envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
@@ -160,7 +161,7 @@ class HvacGame(Game):
 
     def team(self, role: Role) -> SensorTeam:
         """One agent for each sensor, see `teams`."""
-        return (Liars if role == "attacker" else Believers)(self.config, self.state)
+        return (Liars if role == "attacker" else Believers)(self.config, self.constants, self.state)
 
     def privileged(self, role: Role) -> Observation:
         """The mean of what the agents of the team are told, (B, p)."""
@@ -173,22 +174,22 @@ class HvacGame(Game):
 
 
 @kernel
-def begin(batch: Batch, draws: Draws, streams: Array, quiet: FloatArray, envs: BoolArray) -> None:
+def begin(batch: Batch, draws: Draws, halves: IntArray, streams: Array, quiet: FloatArray, envs: BoolArray) -> None:
     """Draw episodes from the streams (B, 6) and put them at k = 0, in the marked environments (B,).
 
-    The first readings of the sensors nobody has forged.
+    `halves` (B,) says in which part of the series they begin. The first readings of the sensors nobody has forged.
     """
     model, rules = lend(batch.model), unpack(Rules, batch.rules, 0)
     chance, drift, room = unpack(Chances, draws.chances, 0), unpack(Drift, draws.drift, 0), make_scratch(model)
     for b in range(len(envs)):
         if envs[b]:
             episode, scratch = view(batch.state, b), lend(room)
-            draw(borrowed(streams)[b], chance, drift, draws, episode, scratch)
+            draw(borrowed(streams)[b], chance, drift, draws, halves[b], episode, scratch)
             start(model, rules, episode)
             count_errors(model, rules, episode)
             sense(model, rules, episode, quiet[b])
             estimate(model, rules, episode, scratch)
-            measure(model, episode)
+            measure(rules, episode)
 
 
 @kernel
@@ -206,7 +207,7 @@ def step(
     those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
     """
     model, rules = lend(batch.model), unpack(Rules, batch.rules, 0)
-    room, table = make_scratch(model), make_desk(model)
+    room, table = make_scratch(model), make_desk(model, rules)
     for b in range(len(envs)):
         if envs[b]:
             episode, scratch, desk = view(batch.state, b), lend(room), lend(table)
@@ -220,15 +221,15 @@ def step(
                 payoff[b] += count_errors(model, rules, episode)
                 sense(model, rules, episode, forging[b])
                 estimate(model, rules, episode, scratch)
-            measure(model, episode)
+            measure(rules, episode)
 
 
 @kernel
 def show_attacker(batch: Batch) -> None:
     """Bring what the attacker observes up to the state of all environments."""
-    views, rules = lend(batch.views), unpack(Rules, batch.rules, 0)
+    model, views, rules = lend(batch.model), lend(batch.views), unpack(Rules, batch.rules, 0)
     for b in range(len(batch.state.step)):
-        observe_attacker(rules, view(batch.state, b), views.attacker_at[0], views.attacker[b])
+        observe_attacker(model, rules, view(batch.state, b), views.attacker_at[0], views.attacker[b])
 
 
 @kernel

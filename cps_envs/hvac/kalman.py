@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.declare.config import of_bodies
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.building import Building
 from cps_envs.hvac.parameters import Parameters
@@ -35,13 +36,13 @@ def memory(config: Parameters) -> float:
 def filter_gains(config: Parameters, building: Building, member: BoolArray, zone: IntArray) -> Gains:
     """The gains of the filters that use the marked sensors, `member` (F, S), which sit in `zone` (S,)."""
     n, filters = config.num_zones, len(member)
-    phi, noise = memory(config), max(config.noise_std_c, LEAST_STD_C) ** 2
+    phi, noise = memory(config), np.maximum(of_bodies(config.noise_std_c, len(zone)), LEAST_STD_C) ** 2
     F = np.block([[building.A, np.diag(building.B)], [np.zeros((n, n)), phi * np.eye(n)]])
     Q = np.diag([0.0] * n + [(1.0 - phi**2) * config.filter_heat_w**2] * n)
     C = np.eye(2 * n)[zone]
     gain, scale = np.empty((filters, 2 * n, len(zone))), np.empty((filters, len(zone)))
     for f, used in enumerate(member):
-        information = (C.T * used) @ C / noise
+        information = (C.T * used / noise) @ C
         P = predicted_covariance(F, information, Q)
         gain[f] = np.linalg.solve(np.eye(2 * n) + P @ information, P) @ (C.T * used) / noise
         scale[f] = 1.0 / np.sqrt(np.einsum("si,ij,sj->s", C, P, C) + noise)

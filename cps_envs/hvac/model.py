@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cps_envs.core.declare.config import of_bodies, over_time, series_in
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
-from cps_envs.hvac.building import discretise, modes, outdoor, rates, weather
+from cps_envs.hvac.building import AHEAD_H, discretise, modes, outdoor, places_of, rates, weather
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import feedforward, gains
 from cps_envs.hvac.kalman import filter_gains, memory
@@ -16,7 +17,6 @@ from cps_envs.hvac.moving_horizon import set_gains, warn_if_blind, window_gains
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets, zones_of_sensors
 
 MEAN_H = 2.0  # over which innovations are averaged, exponentially weighted
-AHEAD_H = (0.0, 2.0, 4.0, 6.0)  # at which the defender sees the outside temperature
 CHUNK = 16  # samples of the window of which one sum is kept all the time, see `window`
 
 
@@ -25,16 +25,12 @@ class Rules(NamedTuple):
 
     step_s: float
     window_steps: int  # N_e
-    reference_c: float
+    num_steps: int  # K
+    plan_steps: int  # N of a controller that plans, 0 of another
     initial_c: float
-    max_heating_w: float
-    level_w: float
     move_weight: float  # R
     plans: bool  # the controller solves (4.17) with its limits
     on_levels: bool  # and goes on from the level that was applied
-    noise_std_c: float
-    sensor_low_c: float
-    sensor_high_c: float
     threshold_c2: float  # eps of MTD2
     model_error: float
     unmeasured_heat_w: float
@@ -46,22 +42,32 @@ class Rules(NamedTuple):
     any_base: bool  # the attacker's action ends with what its readings are based on
     white_box: bool  # the attacker sees the temperatures and the control loop
     sees_choice: bool  # and what the defender chose
+    shows_reference: bool  # set-points change: both roles see them
+    shows_walls: bool  # what is behind the walls is a series: the defender sees it
 
 
 class Model(NamedTuple):
-    """n zones with a heater each, S sensors, `sets` sets of sensors, K states, a window of N_e samples."""
+    """n zones with a plant each, S sensors, `sets` sets of sensors, a window of N_e samples.
+
+    T is the K states of an episode and what is seen ahead of them; with series it is as long as these, and an episode
+    begins at some sample of it.
+    """
 
     A: FloatArray  # (n, n) nominal
     B: FloatArray  # (n,) C/W per step
     G: FloatArray  # (n,)
     rate: FloatArray  # (n, n) dt A_c
-    weather: FloatArray  # (K, n) C, as forecast
-    coming: FloatArray  # (K + N, n) C, the same with what a controller that plans sees beyond; (0, n) for others
+    weather: FloatArray  # (T, n) C, as forecast
+    reference: FloatArray  # (T, n) C, x_r
     outside: BoolArray  # (n,) the wall faces the outside, not the ground
-    outdoor: FloatArray  # (K + 6 h,) C, as forecast
+    begin_s: FloatArray  # () s, of the first sample
+    outdoor: FloatArray  # (T,) C, as forecast
+    least_w: FloatArray  # (n,) W, of the heating, below 0 where the plant cools
+    most_w: FloatArray  # (n,) W, E
+    level_w: FloatArray  # (n,) W
     error_gain: FloatArray  # (n, n) W/C, K_e
     difference_gain: FloatArray  # (n, n) W/C, K_d
-    feedforward: FloatArray  # (K, n) W, K_w dW(k)
+    feedforward: FloatArray  # (last place + K, n) W, K_w dW(k), and what set-points to come change
     decay: FloatArray  # (N_e + 1, S n) eigenvalues of A to the power t, once for each sensor
     mode: FloatArray  # (S n,) entry (zone(s), i) of V, whose columns are the eigenvectors of A
     set_gain: FloatArray  # (sets, n, n) transposed: [a, j, i] of A^N_e (O_a' O_a)^-1 V^-T at (i, j)
@@ -72,6 +78,9 @@ class Model(NamedTuple):
     filter_gain: FloatArray  # (F, 2n, S)
     filter_scale: FloatArray  # (F, S) 1/C
     zone: IntArray  # (S,) from 0
+    noise_c: FloatArray  # (S,) C, standard deviation
+    sensor_low_c: FloatArray  # (S,) C
+    sensor_high_c: FloatArray  # (S,) C
     ahead: IntArray  # (len(AHEAD_H),) steps
 
 
@@ -84,7 +93,9 @@ def build_model(config: HvacConfig) -> Model:
     """
     building, zone, member = discretise(config), zones_of_sensors(config), membership(config)
     ahead = np.round(np.array(AHEAD_H) * 3600.0 / config.step_s).astype(np.int64)
-    w = weather(config, config.num_steps + config.prediction_steps)
+    places, n = places_of(config), config.num_zones
+    times_s: FloatArray = places.begin_s + config.step_s * np.arange(places.steps, dtype=np.float64)
+    w, reference = weather(config, times_s), over_time(config, "reference_c", times_s, n)
     control = gains(building, config.prediction_steps, config.move_weight)
     set_gain, condition = set_gains(building.A, config.window_steps, member, zone)
     window_gain, begin = window_gains(building.A, config.window_steps, member, zone, condition)
@@ -96,13 +107,17 @@ def build_model(config: HvacConfig) -> Model:
     return Model(
         *building,
         rate=rates(config),
-        weather=w[: config.num_steps].copy(),
-        coming=w if config.controller != "clip" else w[:0],
+        weather=w,
+        reference=reference,
         outside=~np.isin(np.arange(config.num_zones) + 1, config.ground_zones),
-        outdoor=outdoor(config, config.num_steps + int(ahead[-1])),
+        begin_s=np.array(places.begin_s),
+        outdoor=outdoor(config, times_s),
+        least_w=of_bodies(config.min_heating_w, n),
+        most_w=of_bodies(config.max_heating_w, n),
+        level_w=of_bodies(config.max_heating_w, n) / config.num_levels,
         error_gain=control.K_e,
         difference_gain=control.K_d,
-        feedforward=feedforward(control.K_w, w, config.num_steps),
+        feedforward=feedforward(control, w, reference, int(places.first.max()) + config.num_steps),
         decay=np.tile(powers, len(zone)),
         mode=V[zone].ravel(),
         set_gain=np.ascontiguousarray(np.linalg.solve(V, set_gain.transpose(0, 2, 1))),
@@ -113,6 +128,9 @@ def build_model(config: HvacConfig) -> Model:
         filter_gain=filters.gain,
         filter_scale=filters.scale,
         zone=zone,
+        noise_c=of_bodies(config.noise_std_c, config.num_sensors),
+        sensor_low_c=of_bodies(config.sensor_low_c, config.num_sensors),
+        sensor_high_c=of_bodies(config.sensor_high_c, config.num_sensors),
         ahead=ahead,
     )
 
@@ -120,7 +138,7 @@ def build_model(config: HvacConfig) -> Model:
 def rules_of(config: HvacConfig) -> Rules:
     """The numbers of a configuration that kernels use."""
     derived: dict[str, Any] = {
-        "level_w": config.max_heating_w / config.num_levels,
+        "plan_steps": config.prediction_steps if config.controller != "clip" else 0,
         "plans": config.controller != "clip",
         "on_levels": config.controller == "levels",
         "filter_memory": memory(config),
@@ -130,5 +148,7 @@ def rules_of(config: HvacConfig) -> Rules:
         "any_base": config.attack_action == "any",
         "white_box": config.attacker_view == "white",
         "sees_choice": config.attacker_sees_choice,
+        "shows_reference": "reference_c" in series_in(config),
+        "shows_walls": bool(set(series_in(config)) - {"reference_c"}),
     }
     return Rules(**derived, **{name: getattr(config, name) for name in Rules._fields if name not in derived})

@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from cps_envs.core.compute.kernels import Record, fill, inlined
+from cps_envs.core.declare.config import extremes
 from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.declare.series import Series
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.building import DAY_S
+from cps_envs.hvac.building import AHEAD_H, outdoor_range
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.estimation import is_ready
-from cps_envs.hvac.model import AHEAD_H, MEAN_H, Model, Rules
+from cps_envs.hvac.model import MEAN_H, Model, Rules
+from cps_envs.hvac.parameters import DAY_S
 from cps_envs.hvac.sensors import filter_sets, sensor_sets
 from cps_envs.hvac.state import State
 
@@ -29,11 +32,32 @@ def _clock(config: HvacConfig) -> tuple[Field, ...]:
 
 
 def _temperature(config: HvacConfig, name: str, shape: tuple[int, ...], meaning: str) -> Field:
-    return Field(name, "C", config.reference_c - NEAR_C, config.reference_c + NEAR_C, shape, meaning)
+    low, high = config.reference_range_c
+    return Field(name, "C", low - NEAR_C, high + NEAR_C, shape, meaning)
 
 
 def _readings(config: HvacConfig, name: str, meaning: str) -> Field:
-    return Field(name, "C", config.sensor_low_c, config.sensor_high_c, (config.num_sensors,), meaning)
+    low, high = extremes(config.sensor_low_c)[0], extremes(config.sensor_high_c)[1]
+    return Field(name, "C", low, high, (config.num_sensors,), meaning)
+
+
+def _wanted(config: HvacConfig) -> Field:
+    """The set-points, where they change."""
+    low, high = config.reference_range_c
+    shape = (config.num_zones if isinstance(config.reference_c, Series) else 0,)
+    return Field("reference_c", "C", low - 1.0, high + 1.0, shape, "set-point of each zone now")
+
+
+def _walls(config: HvacConfig) -> Field:
+    """What is behind the walls, where that is a series."""
+    timed = any(isinstance(each, Series) for each in (config.outdoor_c, config.ground_c, config.internal_heat_w))
+    resistances = np.array(config.wall_resistance_k_per_w)
+    heats = [float((resistances * end).min()) for end in extremes(config.internal_heat_w)]
+    heats += [float((resistances * end).max()) for end in extremes(config.internal_heat_w)]
+    around = (*outdoor_range(config), *extremes(config.ground_c))
+    low, high = min(around) + min(heats), max(around) + max(heats)
+    meaning = "behind each wall in the last step, as forecast: outside or ground, and internal heat times resistance"
+    return Field("wall_c", "C", low, high, (config.num_zones if timed else 0,), meaning)
 
 
 BY_CHOICE = ("last_choice", "last_estimate", "heating")  # fields that show what the defender chose, in a row
@@ -49,7 +73,7 @@ def _loop(config: HvacConfig) -> tuple[Field, ...]:
         Field("mean_residual", "ln(1 + J/eps)", 0, MAX_LOG, (sets,), "since the window is full, (4.33)"),
         Field("last_choice", "-", 0, 1, (sets + 2 + filters,), "of the defender one step ago, one-hot"),
         _temperature(config, "last_estimate", (zones,), "that the controller got one step ago"),
-        Field("heating", "W", 0, config.max_heating_w, (zones,), "of the last step"),
+        Field("heating", "W", *config.heating_range_w, (zones,), "of the last step"),
         Field("innovation", "std", -MOST_STD, MOST_STD, compared, "reading minus prediction of each Kalman filter"),
         Field("innovation_mean", "std", -MOST_STD, MOST_STD, compared, f"of the last {MEAN_H:g} h, weighted"),
     )
@@ -62,6 +86,7 @@ def attacker_fields(config: HvacConfig) -> Fields:
     estimate that it fed to the controller, and the heating that followed.
     """
     own = (
+        _wanted(config),
         _readings(config, "measured", "compromised sensors before forging; the middle of the range for others"),
         Field("compromised", "-", 0, 1, (config.num_sensors,), "the attacker controls the sensor"),
         Field("active", "-", 0, 1, (), "this action forges readings: the next step is not before the onset"),
@@ -84,8 +109,7 @@ def defender_fields(config: HvacConfig) -> Fields:
     """The control loop, what every choice would estimate, how the sets compare, and the weather to come."""
     zones, sets = config.num_zones, len(sensor_sets(config))
     choices = sets + 2 + len(filter_sets(config))
-    coldest = min(config.outdoor_mean_c - config.outdoor_swing_c, config.outdoor_mean_c - 1.0)
-    warmest = max(config.outdoor_mean_c + config.outdoor_swing_c, config.outdoor_mean_c + 1.0)
+    coldest, warmest = outdoor_range(config)
     hours = ", ".join(f"{hour:g}" for hour in AHEAD_H)
     return Fields(
         *_loop(config),
@@ -96,6 +120,8 @@ def defender_fields(config: HvacConfig) -> Fields:
         Field("samples", "-", 0, config.num_steps, (), "residuals in the means"),
         Field("outdoor_c", "C", coldest, warmest, (len(AHEAD_H),), f"outside temperature {hours} h ahead, as forecast"),
         *_clock(config),
+        _wanted(config),
+        _walls(config),
     )
 
 
@@ -114,22 +140,28 @@ def observe_defender(model: Model, rules: Rules, episode: State, at: Record, row
     row[at.ready] = ready
     row[at.samples] = max(episode.step[0] - rules.window_steps + 1, 0)
     for i in range(len(model.ahead)):
-        row[at.outdoor_c + i] = model.outdoor[episode.step[0] + model.ahead[i]]
+        row[at.outdoor_c + i] = model.outdoor[episode.first[0] + episode.step[0] + model.ahead[i]]
     show_clock(rules, episode, at, row)
+    if rules.shows_reference:
+        put(model.reference[episode.first[0] + episode.step[0]], row, at.reference_c)
+    if rules.shows_walls:
+        put(model.weather[episode.first[0] + max(episode.step[0] - 1, 0)], row, at.wall_c)
 
 
 @inlined
-def observe_attacker(rules: Rules, episode: State, at: Record, row: FloatArray) -> None:
+def observe_attacker(model: Model, rules: Rules, episode: State, at: Record, row: FloatArray) -> None:
     """Fill `row` (size,) with `attacker_fields` in their units; `at` says where each begins."""
     fill(row, 0.0)
     age = episode.step[0] + 1 - episode.onset[0]
     for s in range(len(episode.measured)):
-        hidden = 0.5 * (rules.sensor_low_c + rules.sensor_high_c)
+        hidden = 0.5 * (model.sensor_low_c[s] + model.sensor_high_c[s])
         row[at.measured + s] = episode.measured[s] if episode.compromised[s] else hidden
         row[at.compromised + s] = episode.compromised[s]
     row[at.active] = age >= 0
     row[at.attack_h] = max(age, 0) * rules.step_s / 3600.0
     show_clock(rules, episode, at, row)
+    if rules.shows_reference:
+        put(model.reference[episode.first[0] + episode.step[0]], row, at.reference_c)
     if rules.white_box:
         put(episode.temperature, row, at.temperature)
         show_loop(rules, episode, at, row)

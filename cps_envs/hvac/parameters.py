@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from cps_envs.core.declare.config import IntRange, Range, bounds, quantity
+from cps_envs.core.declare.config import Bodies, IntRange, OverTime, Range, bounds, extremes, quantity
+from cps_envs.core.declare.places import SPLITS
 from cps_envs.core.types import ROLES
 
+DAY_S = 86_400.0
 MAX_ZONES = 64
 MAX_SENSORS = 128  # two in each zone
 CALIBRATED = "calibrated, not in the paper"
@@ -32,12 +34,33 @@ class Parameters:
         (0.016, 0.012, 0.017, 0.047), unit="K/W", low=1e-6, high=1e6, source=f"{CALIBRATED}; R12, R13, R24, R34"
     )
     ground_zones: tuple[int, ...] = quantity((1, 2), low=1, high=MAX_ZONES, source="paper: the others face the outside")
-    ground_c: float = quantity(23.5, unit="C", low=-40, high=60, source=f"{CALIBRATED}; v1, v2")
+    ground_c: OverTime = quantity(
+        23.5, unit="C", low=-40, high=60, series="linear", source=f"{CALIBRATED}; v1, v2; or a series"
+    )
+    outdoor_c: OverTime = quantity(
+        (), unit="C", low=-60, high=60, series="linear", source="own outside, a number or a series; none: as below"
+    )
     outdoor_mean_c: float = quantity(23.0, unit="C", low=-40, high=60, source=f"{CALIBRATED}; v3, v4")
     outdoor_swing_c: float = quantity(11.0, unit="C", low=0, high=40, source=f"{CALIBRATED}; amplitude over 24 h")
-    reference_c: float = quantity(25.0, unit="C", low=-40, high=60, source="paper: x_r")
+    internal_heat_w: OverTime = quantity(
+        0.0,
+        unit="W",
+        low=-1e6,
+        high=1e6,
+        bodies="zone",
+        series="hold",
+        source="paper: none; heat of people, machines and sun that the controller knows of",
+    )
+    reference_c: OverTime = quantity(
+        25.0, unit="C", low=-40, high=60, bodies="zone", series="hold", source="paper: x_r, the set-point"
+    )
     initial_c: float = quantity(24.0, unit="C", low=-40, high=60, source=f"{CALIBRATED}; x(0) of every zone")
-    max_heating_w: float = quantity(1000.0, unit="W", low=1, high=1e9, source="paper: E; Fig. 4.3 also 500, 100")
+    max_heating_w: Bodies = quantity(
+        1000.0, unit="W", low=1, high=1e9, bodies="zone", source="paper: E; Fig. 4.3 also 500, 100"
+    )
+    min_heating_w: Bodies = quantity(
+        0.0, unit="W", low=-1e9, high=0, bodies="zone", source="paper: 0; below it the plant cools"
+    )
     num_levels: int = quantity(
         100, low=1, high=1_000_000, source="chosen: the paper has levels in % of E, not which; Fig. 4.3 shows 1 %"
     )
@@ -49,9 +72,13 @@ class Parameters:
         source="chosen: (4.17) without limits, then clipped; with 0 <= u <= E; the same, from level to level",
     )
     num_sensors: int = quantity(4, low=1, high=MAX_SENSORS, source="paper: 4 or 8; one or two per zone")
-    noise_std_c: float = quantity(sqrt(0.2), unit="C", low=0, high=10, source=f"{CALIBRATED}; sigma")
-    sensor_low_c: float = quantity(10.0, unit="C", low=-60, high=100, source="chosen: range of forged readings")
-    sensor_high_c: float = quantity(40.0, unit="C", low=-60, high=100, source="chosen: range of forged readings")
+    noise_std_c: Bodies = quantity(sqrt(0.2), unit="C", low=0, high=10, bodies="sensor", source=f"{CALIBRATED}; sigma")
+    sensor_low_c: Bodies = quantity(
+        10.0, unit="C", low=-60, high=100, bodies="sensor", source="chosen: range of forged readings"
+    )
+    sensor_high_c: Bodies = quantity(
+        40.0, unit="C", low=-60, high=100, bodies="sensor", source="chosen: range of forged readings"
+    )
     window_steps: int = quantity(200, low=1, high=2000, source="paper: N_e; Fig. 4.5 also 100, 30")
     sensor_sets: tuple[int, ...] = quantity(
         (), low=0, high=MAX_SENSORS, source="own sets of sensors, 0 between two sets; none: by set_size"
@@ -128,11 +155,27 @@ class Parameters:
         source="chosen: a white-box attacker sees the last choice, estimate fed and heating; False as in 4.3, where "
         "the choice makes its knowledge of the control system uncertain",
     )
+    series_split: str = quantity(
+        "seed", choices=SPLITS, source="chosen: days of a series that an episode may be, by its seed, any, or of a half"
+    )
+    series_block_s: float = quantity(
+        7 * DAY_S, unit="s", low=60, high=1e9, source="chosen: blocks of the halves, those for training come first"
+    )
 
     @property
     def num_zones(self) -> int:
         """Number n of zones, and of heaters."""
         return len(self.heat_capacity_j_per_k)
+
+    @property
+    def reference_range_c(self) -> tuple[float, float]:
+        """The least and the greatest set-point of any zone and time, C."""
+        return extremes(self.reference_c)
+
+    @property
+    def heating_range_w(self) -> tuple[float, float]:
+        """The least and the greatest power of any plant, W."""
+        return extremes(self.min_heating_w)[0], extremes(self.max_heating_w)[1]
 
     @property
     def threshold_c2(self) -> float:

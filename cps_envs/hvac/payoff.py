@@ -37,9 +37,9 @@ def count_choice(model: Model, rules: Rules, episode: State) -> None:
 @inlined
 def count_errors(model: Model, rules: Rules, episode: State) -> float:
     """Add the errors of x(k), and the heating since k - 1, to the sums; returns the attacker's payoff for them."""
-    square, outside = 0.0, 0
+    square, outside, wanted = 0.0, 0, model.reference[episode.first[0] + episode.step[0]]
     for i in range(len(episode.temperature)):
-        error = episode.temperature[i] - rules.reference_c
+        error = episode.temperature[i] - wanted[i]
         square += error * error
         outside += abs(error) > rules.comfort_c
         episode.absolute_error[i] += abs(error)
@@ -47,16 +47,16 @@ def count_errors(model: Model, rules: Rules, episode: State) -> float:
         return 0.0
     metrics, hours, kwh = episode.metrics[0], outside * rules.step_s / 3600.0, 0.0
     for i in range(len(episode.temperature)):
-        error = episode.temperature[i] - rules.reference_c
+        error = episode.temperature[i] - wanted[i]
         episode.squared_by_zone[i] += error * error
         if episode.step[0] > episode.onset[0]:
-            kwh += episode.heating[i] * rules.step_s / 3.6e6
+            kwh += abs(episode.heating[i]) * rules.step_s / 3.6e6
     episode.squared_error[0] += square
     metrics.discomfort_h += hours
     metrics.attack_kwh += kwh
     if rules.pays_discomfort:
         return hours
-    return kwh if rules.pays_energy else square / attacked_states(model, episode)
+    return kwh if rules.pays_energy else square / attacked_states(rules, episode)
 
 
 @inlined
@@ -64,25 +64,25 @@ def paid_at_start(model: Model, rules: Rules, episode: State) -> float:
     """The attacker's payoff for x(0), which an attack from there on counts."""
     if rules.pays_discomfort:
         return float(episode.metrics[0].discomfort_h)
-    return 0.0 if rules.pays_energy else float(episode.squared_error[0] / attacked_states(model, episode))
+    return 0.0 if rules.pays_energy else float(episode.squared_error[0] / attacked_states(rules, episode))
 
 
 @inlined
-def attacked_states(model: Model, episode: State) -> int:
+def attacked_states(rules: Rules, episode: State) -> int:
     """T_a: number of states from the onset to the end."""
-    return int(len(model.weather) - episode.onset[0])
+    return int(rules.num_steps - episode.onset[0])
 
 
 @inlined
-def measure(model: Model, episode: State) -> None:
+def measure(rules: Rules, episode: State) -> None:
     """Bring the metrics up to the state that are not counted step by step."""
     metrics, n, absolute = episode.metrics[0], len(episode.temperature), 0.0
     for i in range(n):
         absolute += episode.absolute_error[i]
-    metrics.a_impact = episode.squared_error[0] / attacked_states(model, episode)
+    metrics.a_impact = episode.squared_error[0] / attacked_states(rules, episode)
     metrics.worst_zone_impact = 0.0
     for i in range(n):
-        share = episode.squared_by_zone[i] / attacked_states(model, episode)
+        share = episode.squared_by_zone[i] / attacked_states(rules, episode)
         metrics.worst_zone_impact = max(metrics.worst_zone_impact, share)
     metrics.mean_abs_error_c = absolute / (n * (episode.step[0] + 1))
     metrics.energy_kwh = episode.energy_j[0] / 3.6e6

@@ -1,4 +1,4 @@
-"""The controller (4.17) with its limits: the heating of N steps ahead, each within [0, E], as a quadratic program.
+"""The controller (4.17) with its limits: N steps of heating, each within its plant's, by a quadratic program.
 
 The cost (4.8) with Q = I and R = `move_weight` I is minimised over the absolute heating U = (u(k), ..., u(k + N - 1)).
 What x(k), dx(k) and the heating before leave unexplained is taken to stay: x(l + 1) = A x(l) + B u(l) + G w(l) + v with
@@ -7,7 +7,7 @@ v = xh(k) - A (xh(k) - dxh(k)) - B u(k - 1) - G w(k - 1), which is (4.12).
 The method is Bertsekas' projected Newton method: where a limit holds against the slope, the heating stays;
 for the rest Newton's step is exact, found by a recursion over the steps as for a linear regulator; the result is cut to
 the limits, and shortened until the cost falls enough. Begun with the plan of the step before, shifted by one, it takes
-two to four rounds. It ends when a slope step cut to the limits, u - clip(u - slope / 2R, 0, E), is nowhere above
+two to four rounds. It ends when a slope step cut to the limits, u - clip(u - slope / 2R, least, E), is nowhere above
 `TOLERANCE_W`: zero there is the condition of optimality (Karush, Kuhn, Tucker).
 """
 
@@ -51,9 +51,9 @@ class Desk(NamedTuple):
 
 
 @inlined
-def make_desk(model: Model) -> Desk:
+def make_desk(model: Model, rules: Rules) -> Desk:
     """Room for a call of a kernel, its contents of no meaning."""
-    n, steps = len(model.B), max(len(model.coming) - len(model.weather), 0)
+    n, steps = len(model.B), rules.plan_steps
     size = n if steps > 0 else 0
     return Desk(
         path=np.empty((steps, n)),
@@ -77,7 +77,7 @@ def make_desk(model: Model) -> Desk:
 @inlined
 def plan(model: Model, rules: Rules, episode: State, change: FloatArray, desk: Desk) -> None:
     """Renew `episode.plan` (N, n) W for xh(k), which the controller was fed, and dxh(k), both (n,) C."""
-    shift(rules, episode.plan)
+    shift(model, episode.plan)
     see_rest(model, episode, change, desk.rest)
     cost = foresee(model, rules, episode, episode.plan, desk)
     for _ in range(ROUNDS):
@@ -92,17 +92,17 @@ def plan(model: Model, rules: Rules, episode: State, change: FloatArray, desk: D
 
 
 @inlined
-def shift(rules: Rules, planned: FloatArray) -> None:
+def shift(model: Model, planned: FloatArray) -> None:
     """Move a plan ahead by a step; its last one is repeated."""
     for t in range(len(planned) - 1):
         for i in range(planned.shape[1]):
-            planned[t, i] = clip(planned[t + 1, i], 0.0, rules.max_heating_w)
+            planned[t, i] = clip(planned[t + 1, i], model.least_w[i], model.most_w[i])
 
 
 @inlined
 def see_rest(model: Model, episode: State, change: FloatArray, rest: FloatArray) -> None:
     """Fill `rest` (n,) with v."""
-    before = model.coming[max(episode.step[0] - 1, 0)]
+    before = model.weather[episode.first[0] + max(episode.step[0] - 1, 0)]
     for i in range(len(rest)):
         rest[i] = episode.fed[i] - model.B[i] * episode.integrator[i] - model.G[i] * before[i]
         for j in range(len(rest)):
@@ -112,16 +112,17 @@ def see_rest(model: Model, episode: State, change: FloatArray, rest: FloatArray)
 @inlined
 def foresee(model: Model, rules: Rules, episode: State, planned: FloatArray, desk: Desk) -> float:
     """Fill the path under a plan (N, n) and return its cost (4.8), C2."""
-    cost = 0.0
+    cost, now = 0.0, episode.first[0] + episode.step[0]
     for t in range(len(planned)):
-        x, reached, w = desk.path[t - 1] if t > 0 else episode.fed, desk.path[t], model.coming[episode.step[0] + t]
+        x, reached, w = desk.path[t - 1] if t > 0 else episode.fed, desk.path[t], model.weather[now + t]
+        wanted = model.reference[now + t + 1]
         before = planned[t - 1] if t > 0 else episode.integrator
         for i in range(len(x)):
             total = model.B[i] * planned[t, i] + model.G[i] * w[i] + desk.rest[i]
             for j in range(len(x)):
                 total += model.A[i, j] * x[j]
             reached[i] = total
-            cost += (total - rules.reference_c) ** 2 + rules.move_weight * (planned[t, i] - before[i]) ** 2
+            cost += (total - wanted[i]) ** 2 + rules.move_weight * (planned[t, i] - before[i]) ** 2
     return cost
 
 
@@ -130,12 +131,12 @@ def mark_held(model: Model, rules: Rules, episode: State, desk: Desk) -> float:
     """Fill slope and `held` at the episode's plan, whose path is there; returns the largest cut slope step, W."""
     planned, costate = episode.plan, desk.vector
     fill(costate[0], 0.0)
-    worst, last = 0.0, len(planned) - 1
+    worst, last, now = 0.0, len(planned) - 1, episode.first[0] + episode.step[0]
     for back in range(len(planned)):
         t = last - back
-        before = planned[t - 1] if t > 0 else episode.integrator
+        before, wanted = planned[t - 1] if t > 0 else episode.integrator, model.reference[now + t + 1]
         for i in range(planned.shape[1]):
-            total = 2.0 * (desk.path[t, i] - rules.reference_c)
+            total = 2.0 * (desk.path[t, i] - wanted[i])
             for j in range(planned.shape[1]):
                 total += model.A[j, i] * costate[0, j]
             costate[1, i] = total
@@ -147,8 +148,8 @@ def mark_held(model: Model, rules: Rules, episode: State, desk: Desk) -> float:
                 moved -= planned[t + 1, i] - u
             slope = model.B[i] * costate[0, i] + 2.0 * rules.move_weight * moved
             desk.slope[t, i] = slope
-            desk.held[t, i] = (u <= 0.0 and slope > 0.0) or (u >= rules.max_heating_w and slope < 0.0)
-            wanted = clip(u - slope / (2.0 * rules.move_weight), 0.0, rules.max_heating_w)
+            desk.held[t, i] = (u <= model.least_w[i] and slope > 0.0) or (u >= model.most_w[i] and slope < 0.0)
+            wanted = clip(u - slope / (2.0 * rules.move_weight), model.least_w[i], model.most_w[i])
             worst = max(worst, abs(u - wanted))
     return worst
 
@@ -257,7 +258,7 @@ def walk(model: Model, rules: Rules, episode: State, desk: Desk, cost: float) ->
         promised = 0.0
         for t in range(len(planned)):
             for i in range(planned.shape[1]):
-                desk.trial[t, i] = clip(planned[t, i] + share * desk.step[t, i], 0.0, rules.max_heating_w)
+                desk.trial[t, i] = clip(planned[t, i] + share * desk.step[t, i], model.least_w[i], model.most_w[i])
                 promised += desk.slope[t, i] * (planned[t, i] - desk.trial[t, i])
         reached = foresee(model, rules, episode, desk.trial, desk)
         if reached <= cost - ENOUGH * promised:

@@ -10,6 +10,7 @@ from cps_envs.core.compute.kernels import borrowed, fill, inlined, pack
 from cps_envs.core.compute.streams import fill_normal, fill_uniform, shuffle, uniform, whole
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.hvac.building import places_of
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.disturbance import Drift, draw_disturbance, drift_of
 from cps_envs.hvac.filtering import start_filters
@@ -36,6 +37,8 @@ class Draws(NamedTuple):
     chances: Array  # (1,) of Chances
     drift: Array  # (1,) of Drift
     order: IntArray  # (S,) in which sensors fall, counted from 0
+    first: IntArray  # (2, m) samples at which episodes of each half of the series may begin
+    counts: IntArray  # (2,) how many
     ends: FloatArray  # (k,) cumulated weights of 0, 1, ... compromised sensors; (0,) where all numbers are as likely
 
 
@@ -47,17 +50,20 @@ def draws_of(config: HvacConfig) -> Draws:
         pack(Chances(first, last, fewest, most, config.random_compromise)),
         pack(drift_of(config)),
         np.array(attack_order(config), np.int64) - 1,
+        *places_of(config)[:2],
         np.cumsum(np.array(config.compromised_weights, np.float64)),
     )
 
 
 @inlined
-def draw(stream: Array, chance: Chances, drift: Drift, draws: Draws, episode: State, scratch: Scratch) -> None:
+def draw(
+    stream: Array, chance: Chances, drift: Drift, draws: Draws, half: int, episode: State, scratch: Scratch
+) -> None:
     """Draw an episode from its stream (6,); `plant` and `heat` become uniform numbers in [0, 1).
 
     What the configuration leaves exact is drawn too, so that the order is always the same; only courses that it leaves
-    out are not, which come last. Noise comes first: configurations that differ in the attack or in the plant only have
-    the same noise.
+    out are not, which come last, and the place in series where there is but one. Noise comes first: configurations that
+    differ in the attack or in the plant only have the same noise.
     """
     fill_normal(stream, episode.series.reshape(-1))
     episode.onset[0] = whole(stream, chance.first_onset, chance.last_onset + 1)
@@ -70,6 +76,7 @@ def draw(stream: Array, chance: Chances, drift: Drift, draws: Draws, episode: St
     fill_uniform(stream, episode.plant.reshape(-1))
     fill_uniform(stream, episode.heat)
     draw_disturbance(stream, drift, episode.heat_drift, episode.outdoor_error, scratch.vector)
+    episode.first[0] = draws.first[half, whole(stream, 0, draws.counts[half])]
 
 
 @inlined

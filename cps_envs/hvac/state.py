@@ -8,7 +8,7 @@ import numpy as np
 
 from cps_envs.core.compute.kernels import inlined, records
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
-from cps_envs.hvac.model import CHUNK, Model
+from cps_envs.hvac.model import CHUNK, Model, Rules
 
 
 class Metrics(NamedTuple):
@@ -16,7 +16,7 @@ class Metrics(NamedTuple):
 
     a_impact: float  # C2, (4.19): mean since the onset of |x - x_r|^2 summed over zones; grows to the final value
     mean_abs_error_c: float  # C, |x - x_r| averaged over zones and time so far
-    energy_kwh: float  # heating so far
+    energy_kwh: float  # heating, and cooling, so far
     distinct_sets: float  # sets chosen at some time, those of the Kalman filters counted apart
     flawed_steps: float  # steps since the onset in which a set with a compromised sensor was chosen
     model_steps: float  # steps with a full window in which no sensor was believed
@@ -24,7 +24,7 @@ class Metrics(NamedTuple):
     onset_step: float  # t_0
     num_compromised: float  # sensors
     discomfort_h: float  # hours since the onset that zones were further than `comfort_c` from x_r, their sum
-    attack_kwh: float  # heating since the onset
+    attack_kwh: float  # the same since the onset
     worst_zone_impact: float  # C2, the largest share of a zone in A_impact
 
 
@@ -39,6 +39,7 @@ class State(NamedTuple):
     """
 
     step: IntArray  # (B,) k
+    first: IntArray  # (B,) sample of the courses of `Model` at which the episode begins
     onset: IntArray  # (B,) t_0
     compromised: BoolArray  # (B, S)
     plant: FloatArray  # (B, n, n) A_p
@@ -72,7 +73,7 @@ class State(NamedTuple):
     squared_error: FloatArray  # (B,) C2, sum of |x - x_r|^2 since the onset
     squared_by_zone: FloatArray  # (B, n) C2, the same zone by zone
     absolute_error: FloatArray  # (B, n) C, sum of |x - x_r| since k = 0
-    energy_j: FloatArray  # (B,) heating since k = 0
+    energy_j: FloatArray  # (B,) heating, and cooling, since k = 0
     metrics: Array  # (B,) records of Metrics
 
 
@@ -85,15 +86,14 @@ class Scratch(NamedTuple):
     matrix: FloatArray  # (n, n)
 
 
-def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast: bool = False) -> State:
+def allocate(num_envs: int, model: Model, rules: Rules, *, drifting: bool = False, misforecast: bool = False) -> State:
     """A state with every array zero; the start of an episode fills it.
 
     `drifting` and `misforecast` make room for courses of unmeasured heat and of the forecast's error.
     """
-    envs, steps = num_envs, len(model.weather)
+    envs, steps = num_envs, rules.num_steps
     sets, sensors = model.member.shape
     n, filters = len(model.B), len(model.filter_member)
-    ahead = max(len(model.coming) - steps, 0)
     choices = sets + 2 + filters
 
     def zeros(*shape: int) -> FloatArray:
@@ -101,6 +101,7 @@ def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast
 
     return State(
         step=np.zeros(envs, np.int64),
+        first=np.zeros(envs, np.int64),
         onset=np.zeros(envs, np.int64),
         compromised=np.zeros((envs, sensors), np.bool_),
         plant=zeros(n, n),
@@ -115,7 +116,7 @@ def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast
         forced=zeros(n),
         integrator=zeros(n),
         heating=zeros(n),
-        plan=zeros(ahead, n),
+        plan=zeros(rules.plan_steps, n),
         measured=zeros(sensors),
         reading=zeros(sensors),
         recursive=zeros(n),

@@ -10,6 +10,7 @@ import numpy as np
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.model import Model
 from cps_envs.hvac.sensors import sensor_names, sensors_of_choices, zones_of_sensors
 from cps_envs.hvac.state import State
 
@@ -21,9 +22,9 @@ MOST = 5.0
 class SensorTeam(Team):
     """Agents `sensor_1` to `sensor_S` of a role. They look at the state of a game."""
 
-    def __init__(self, config: HvacConfig, state: State) -> None:
+    def __init__(self, config: HvacConfig, model: Model, state: State) -> None:
         self.agents = sensor_names(config)
-        self._config, self._state = config, state
+        self._config, self._model, self._state = config, model, state
         self._zone, self._used = zones_of_sensors(config), sensors_of_choices(config)
 
     def privileged(self) -> Observation:
@@ -35,6 +36,12 @@ class SensorTeam(Team):
     @abstractmethod
     def told(self) -> Sequence[FloatArray]:
         """Columns (B, S) or (B, 1) of about unit size for critics."""
+
+    def _errors(self) -> FloatArray:
+        """By how much zones are warmer than their set-points, (B, n) C."""
+        state = self._state
+        errors: FloatArray = state.temperature - self._model.reference[state.first + state.step]
+        return errors
 
     def _attacked(self) -> BoolArray:
         """Whether the onset is reached, (B, 1)."""
@@ -54,7 +61,7 @@ class Liars(SensorTeam):
         state, liars = self._state, self._state.compromised
         used = self._used[state.choice].astype(np.float64)
         fed_c = state.fed - state.temperature
-        error_c = state.temperature - self._config.reference_c
+        error_c = self._errors()
         return (
             used,
             (used * liars).sum(axis=1, keepdims=True),
@@ -68,8 +75,8 @@ class Liars(SensorTeam):
 class Believers(SensorTeam):
     """The defender's agents. Each pays for the error of its sensor's zone; together they pay the payoff."""
 
-    def __init__(self, config: HvacConfig, state: State) -> None:
-        super().__init__(config, state)
+    def __init__(self, config: HvacConfig, model: Model, state: State) -> None:
+        super().__init__(config, model, state)
         self._alike = np.full(config.num_sensors, 1.0 / config.num_sensors)
         self._per_zone = config.num_sensors // config.num_zones
 
@@ -80,7 +87,7 @@ class Believers(SensorTeam):
     def _shares(self) -> FloatArray:
         if self._config.payoff != "impact":
             return self._alike
-        squares = (self._state.temperature - self._config.reference_c) ** 2
+        squares = self._errors() ** 2
         total = squares.sum(axis=1, keepdims=True)
         shares = squares[:, self._zone] / np.where(total > 0, total, 1.0) / self._per_zone
         return np.where(total > 0, shares, self._alike)
@@ -90,7 +97,7 @@ class Believers(SensorTeam):
         state, attacked = self._state, self._attacked()
         lies_c = (state.reading - state.measured) * attacked
         liars = (state.compromised & attacked).astype(np.float64)
-        error_c = state.temperature - self._config.reference_c
+        error_c = self._errors()
         return (
             liars,
             liars.sum(axis=1, keepdims=True) / 2.0,

@@ -48,7 +48,7 @@ def test_matrices_are_those_of_the_independent_reference() -> None:
     np.testing.assert_allclose(conductances(PAPER), A_c, rtol=1e-12, atol=1e-20)
     for ours, theirs in zip(building, (A, B.diagonal(), G.diagonal()), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(weather(PAPER, 800), reference.weather(), rtol=1e-12)
+    np.testing.assert_allclose(weather(PAPER, 120.0 * np.arange(800)), reference.weather(), rtol=1e-12)
 
 
 capacities = st.floats(2e5, 2e6)
@@ -89,8 +89,8 @@ def test_a_plant_that_is_off_has_entries_of_a_c_off() -> None:
 
 
 def test_outside_is_warmest_at_six() -> None:
-    assert np.argmax(outdoor(PAPER, 720)) == 180
-    assert outdoor(PAPER, 720)[[0, 180, 540]] == pytest.approx([23, 34, 12])
+    assert np.argmax(outdoor(PAPER, 120.0 * np.arange(720))) == 180
+    assert outdoor(PAPER, 120.0 * np.arange(720))[[0, 180, 540]] == pytest.approx([23, 34, 12])
 
 
 def test_gains_are_those_printed_in_the_specification() -> None:
@@ -104,7 +104,7 @@ def test_gains_are_those_printed_in_the_specification() -> None:
 
 def test_gains_are_those_of_the_independent_reference() -> None:
     ours = gains(discretise(PAPER), 80, 0.25)
-    for mine, theirs in zip(ours, reference.gains(), strict=True):
+    for mine, theirs in zip(ours[:3], reference.gains(), strict=True):
         np.testing.assert_allclose(mine, theirs, rtol=1e-9, atol=1e-9)
 
 
@@ -139,17 +139,17 @@ def test_gains_minimise_the_cost() -> None:
         return error @ error + 1e-4 * flat @ flat
 
     best = minimize(cost, np.zeros(16), method="BFGS", options={"gtol": 1e-9}).x[:4]
-    K_e, K_d, K_w = gains(building, 4, 1e-4)
+    K_e, K_d, K_w, _ = gains(building, 4, 1e-4)
     np.testing.assert_allclose(K_e @ (25 - x) - K_d @ dx - K_w @ dw.ravel(), best, rtol=1e-3, atol=1e-2)
 
 
 def test_feedforward_looks_ahead_from_each_step() -> None:
-    K_w, w = gains(discretise(PAPER), 80, 0.25).K_w, weather(PAPER, 800)
-    ahead = feedforward(K_w, w, 720)
+    control, w = gains(discretise(PAPER), 80, 0.25), weather(PAPER, 120.0 * np.arange(800))
+    ahead = feedforward(control, w, np.full_like(w, 25.0), 720)
     for k in (0, 1, 300, 719):
         before = w[max(k - 1, 0)]
         dw = np.diff(w[k : k + 80], axis=0, prepend=before[np.newaxis])
-        np.testing.assert_allclose(ahead[k], K_w @ dw.ravel(), atol=1e-12)
+        np.testing.assert_allclose(ahead[k], control.K_w @ dw.ravel(), atol=1e-12)
 
 
 def test_sets_and_their_order() -> None:

@@ -398,7 +398,7 @@ def test_observations_reach_as_far_as_what_they_show() -> None:
     reach |= dict.fromkeys(("residual", "mean_residual"), (0, 8)) | {"time_of_day": (-1, 1), "outdoor_c": (4, 16)}
     reach |= dict.fromkeys(("innovation", "innovation_mean"), (-10, 10)) | {"heating": (0, c.max_heating_w)}
     reach |= dict.fromkeys(("elapsed_h", "attack_h"), (0, hours)) | {"samples": (0, c.num_steps)}
-    shown = {field.name: field for role in ROLES for field in game.fields[role]}
+    shown = {field.name: field for role in ROLES for field in game.fields[role] if field.size}
     assert {name: (field.low, field.high) for name, field in shown.items()} == reach
     still = started((1,), outdoor_mean_c=10.0, outdoor_swing_c=0.0).fields["defender"]
     assert {(field.low, field.high) for field in still if field.name == "outdoor_c"} == {(9, 11)}
@@ -447,7 +447,7 @@ def told(game: HvacGame, role: Role = "attacker", **changed: Any) -> Array:
     at, rows = fields.offsets.view(np.recarray)[0], np.zeros((game.num_envs, fields.size))
     for b, row in enumerate(rows):
         if role == "attacker":
-            observe_attacker(game.rules, view(state, b), at, row)
+            observe_attacker(game.constants, game.rules, view(state, b), at, row)
         else:
             observe_defender(game.constants, game.rules, view(state, b), at, row)
     return fields.encode(rows)
@@ -465,7 +465,9 @@ def test_the_attacker_sees_the_choice_only_where_it_may(sees: bool) -> None:
         assert differs.any() == sees, name
         assert (told(game, "defender", **{name: other}) != told(game, "defender")).any(), name
     shown = seen(game, "attacker")
-    assert {name for name, values in shown.items() if not values.size} == (set() if sees else set(BY_CHOICE))
+    assert {name for name, values in shown.items() if not values.size} - {"reference_c"} == (
+        set() if sees else set(BY_CHOICE)
+    )
     open_game = started((0, 1), "learning", compromised_weights=(0, 0, 1), attacker_sees_choice=True)
     go(open_game, 3, np.full(5, 0.2), num_steps=260)
     for name, values in seen(open_game, "attacker").items():

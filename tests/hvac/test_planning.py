@@ -32,7 +32,7 @@ class Stacked:
         building = discretise(config)
         n, N, R = config.num_zones, config.prediction_steps, config.move_weight
         M1, M2, M3, M4 = predict(building, N)
-        w = weather(config, config.num_steps + N)
+        w = weather(config, config.step_s * np.arange(config.num_steps + N))
         dw = np.diff(w[max(k - 1, 0) : k + N] if k else np.vstack([w[:1], w[:N]]), axis=0).reshape(-1)
         moves = np.eye(n * N) - np.eye(n * N, k=-n)  # dU = moves U - first
         first = np.concatenate([before, np.zeros(n * (N - 1))])
@@ -141,7 +141,7 @@ def test_without_limits_it_is_the_gains() -> None:
     day = {**QUIET, **COLD, "initial_c": 25.0, "num_steps": 400, "onset_step": 399, "max_heating_w": 1e5}
     clipped, free = started([0], **day), started([0], controller="qp", **day)
     A, B, G = discretise(free.config)
-    kept_up = (25.0 - A @ np.full(4, 25.0) - G * weather(free.config, 1)[0]) / B
+    kept_up = (25.0 - A @ np.full(4, 25.0) - G * weather(free.config, np.zeros(1))[0]) / B
     for game in (clipped, free):
         game.state.integrator[:] = kept_up
     for _ in range(300):
@@ -218,4 +218,3 @@ def test_environments_of_a_batch_plan_for_themselves(controller: str) -> None:
 def test_a_clipping_controller_keeps_no_plan() -> None:
     game = started([0])
     assert game.state.plan.size == 0
-    assert game.constants.coming.size == 0

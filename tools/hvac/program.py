@@ -75,10 +75,10 @@ def respond(config: HvacConfig, knot_steps: int = 40) -> Response:
         seen = errors[steps, zone] - course[steps]  # (k, q)
         gram[place] = np.cumsum(seen[:, :, np.newaxis] * seen[:, np.newaxis], axis=0)
         honest = np.array([(steps - N + t < onset) for t in range(N)])  # (N, k)
-        noise = config.noise_std_c**2 * (honest.T @ weight[:, zone] ** 2 + (steps < onset))
+        noise = float(model.noise_c[sensor - 1]) ** 2 * (honest.T @ weight[:, zone] ** 2 + (steps < onset))
         room[place] = config.threshold_c2 * np.arange(1, len(steps) + 1) - np.cumsum(noise)
         shift[:, :, place * q : (place + 1) * q] = closed_loop(config, errors / (intact + count))
-    error = undisturbed(config) - config.reference_c
+    error = undisturbed(config) - model.reference[:K]
     return Response(
         sensors, course, gram, room, shift[onset:].reshape(-1, count * q), error[onset:].reshape(-1), K - onset
     )
@@ -112,7 +112,7 @@ def closed_loop(config: HvacConfig, colder: FloatArray) -> FloatArray:
     The heating has no limits here, and is not rounded.
     """
     building = discretise(config)
-    K_e, K_d, _ = gains(building, config.prediction_steps, config.move_weight)
+    K_e, K_d, *_ = gains(building, config.prediction_steps, config.move_weight)
     warmer, heating, before = np.zeros_like(colder), np.zeros(colder.shape[1:]), np.zeros(colder.shape[1:])
     for k in range(len(colder) - 1):
         fed = warmer[k] - colder[k]

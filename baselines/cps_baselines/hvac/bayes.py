@@ -69,7 +69,10 @@ class Bayes(AnalyticPolicy):
         """The state with what is read now."""
         estimates, weights, rows = (part.copy() for part in state)
         k = elapsed_steps(seen, self.config)
-        weigh(self._model, self._tables, self._memory, rows, k, seen["heating"], seen["reading"], estimates, weights)
+        observed = seen["wall_c"].shape[1] > 0
+        walls = seen["wall_c"] if observed else self._model.weather[np.maximum(k - 1, 0)]
+        inputs = (seen["heating"], walls, seen["reading"])
+        weigh(self._model, self._tables, self._memory, rows, k, *inputs, estimates, weights)
         return estimates, weights, rows
 
     def chosen(self, seen: Seen, state: State, weights: FloatArray, caution: FloatArray) -> Array:
@@ -105,11 +108,15 @@ def weigh(
     rows: IntArray,
     steps: IntArray,
     heating: FloatArray,
+    walls: FloatArray,
     reading: FloatArray,
     estimates: FloatArray,
     weights: FloatArray,
 ) -> None:
-    """Bring estimates (B, H, 2n + 2S) and log weights (B, H) up to the readings (B, S) of the steps (B,)."""
+    """Bring estimates (B, H, 2n + 2S) and log weights (B, H) up to the readings (B, S) of the steps (B,).
+
+    Since the step before there were `heating` (B, n), W, and `walls` (B, n), C behind them.
+    """
     building, t = lend(model), lend(tables)
     n, hypotheses, innovation = len(building.B), weights.shape[1], np.empty(reading.shape[1])
     heat, temperature, mean = np.empty(n), np.empty(n), np.empty(estimates.shape[2])
@@ -122,7 +129,7 @@ def weigh(
             if steps[b] > 0:
                 for i in range(n):
                     heat[i] = heating[b, i] + z[h, n + i]
-                drift(building.A, building, z[h, :n], heat, building.weather[steps[b] - 1], temperature)
+                drift(building.A, building, z[h, :n], heat, walls[b], temperature)
                 copy(temperature, z[h, :n])
                 grow(z[h], n, heat_kept, t.growth_kept[row])
             for s in range(len(innovation)):

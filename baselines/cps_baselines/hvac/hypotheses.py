@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.declare.config import of_bodies
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
@@ -182,7 +183,7 @@ def _filter(
     Q = np.diag(np.concatenate(changes))
     Q[growth, growth] += beliefs.together * growth_c**2 * np.outer(who, who) * ~np.eye(S, dtype=np.bool_)
     C = np.hstack([np.eye(n)[zone], np.zeros((S, n)), np.diag(who.astype(np.float64)), np.zeros((S, S))])
-    R = np.diag(max(config.noise_std_c, LEAST_STD_C) ** 2 * np.where(who, noise**2, 1.0))
+    R = np.diag(np.maximum(of_bodies(config.noise_std_c, S), LEAST_STD_C) ** 2 * np.where(who, noise**2, 1.0))
     P = predicted_covariance(F, C.T @ np.linalg.solve(R, C), Q)
     covariance = C @ P @ C.T + R
     whiten = np.linalg.inv(np.linalg.cholesky(covariance))

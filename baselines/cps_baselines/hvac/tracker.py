@@ -7,6 +7,7 @@ import numpy as np
 from cps_baselines.hvac.hypotheses import FilterChoices
 from cps_baselines.hvac.replacing import attack_age, elapsed_steps
 from cps_baselines.hvac.stealthy import MAX_BIAS_C
+from cps_envs.core.declare.config import of_bodies
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
@@ -51,7 +52,7 @@ class Tracker(AnalyticPolicy):
                 "positive; the noise may be 0"
             )
         self.level, self.gain, self.cap_c = (np.reshape(each, (-1, 1)) for each in (level, gain, cap_c))  # (1 or B, 1)
-        self.noise_c = np.reshape(noise, (-1, 1, 1)) * self.config.noise_std_c
+        self.noise_c = np.reshape(noise, (-1, 1, 1)) * of_bodies(self.config.noise_std_c, self.config.num_sensors)
         self._sign = -1.0 if warmer else 1.0
         self._filters = FilterChoices(self.config)
         self._scale = build_model(self.config).filter_scale  # (F, S) 1/C

@@ -14,6 +14,7 @@ import numpy as np
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.subject import Subject
 from cps_envs.core.declare.config import bounds, is_list, is_whole
+from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
 
 PAIRS = 60  # of edges that are tried together, unless told otherwise
@@ -44,7 +45,7 @@ def edges(base: Any) -> Iterator[Change]:
         own = getattr(base, field.name)
         for value in _extremes(field, own):
             yield {field.name: value}
-            if _is_number(value) and not _accepted(base, {field.name: value}):
+            if _is_number(value) and _has_ends(own) and not _accepted(base, {field.name: value}):
                 yield from ({field.name: last} for last in _limit(base, field, value))
 
 
@@ -63,11 +64,16 @@ def _extremes(field: dataclasses.Field[Any], own: Any) -> Iterator[Any]:
         ends = [kind(end) for end in (rule["low"], rule["high"]) if math.isfinite(end)]
         tried = [(end,) * max(len(own), 1) for end in ends] if is_list(field) else ends
         tried += [()] if is_list(field) else [tuple(ends)] if rule["ranged"] and len(ends) == 2 else []
+        tried += [Series([own, own], 3600.0, repeats=True)] if rule["series"] and _is_number(own) else []
     return (value for value in tried if value != own)
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _has_ends(own: Any) -> bool:
+    return _is_number(own) or (isinstance(own, tuple) and len(own) == 2)
 
 
 def _limit(base: Any, field: dataclasses.Field[Any], refused: float) -> Iterator[float]:

@@ -41,8 +41,8 @@ def quantity(
     annotated `tuple[int, ...]`, `tuple[float, ...]` or, with choices, `tuple[str, ...]` takes any number of entries,
     each of which obeys the bounds or is one of the choices. With `bodies`, such as "zone", a field takes one value for
     all of them, or a tuple with one for each, which the configuration counts. With `series`, a rule of `series.RULES`,
-    it takes a `Series` too, which is resampled by that rule. `form` names the roles of which the field says how they
-    see and act, and not what happens: a trained policy brings its own value along.
+    it takes a `Series` too, which is resampled by that rule; a default () leaves it out. `form` names the roles of
+    which the field says how they see and act, and not what happens: a trained policy brings its own value along.
     """
     metadata = {"unit": unit, "low": low, "high": high, "source": source, "choices": tuple(choices), "ranged": ranged}
     metadata |= {"bodies": bodies, "series": series, "form": tuple(form)}
@@ -66,6 +66,13 @@ def series_in(config: Any) -> dict[str, Series]:
     return {name: value for name, value in given.items() if isinstance(value, Series)}
 
 
+def extremes(value: OverTime) -> tuple[float, float]:
+    """The least and the largest value, of all bodies and times."""
+    if isinstance(value, Series):
+        return float(value.values.min()), float(value.values.max())
+    return (min(value), max(value)) if isinstance(value, tuple) else (value, value)
+
+
 def over_time(config: Any, name: str, times_s: FloatArray, count: int) -> FloatArray:
     """A field at some times (T,), one column for each of `count` bodies: (T, count)."""
     value = getattr(config, name)
@@ -75,8 +82,13 @@ def over_time(config: Any, name: str, times_s: FloatArray, count: int) -> FloatA
     return found
 
 
-def check_bodies(config: Any, count: int) -> None:
-    """See that fields of bodies have one value for all, or one for each of `count`.
+def of_bodies(value: Bodies, count: int) -> FloatArray:
+    """A value for each of `count` bodies, (count,)."""
+    return np.broadcast_to(np.array(value, np.float64), (count,)).copy()
+
+
+def check_bodies(config: Any, counts: Mapping[str, int]) -> None:
+    """See that fields of bodies have one value for all, or one for each of so many, by kind: `{"zone": 4}`.
 
     Raises:
         ConfigurationError: one has another number of them.
@@ -86,9 +98,9 @@ def check_bodies(config: Any, count: int) -> None:
             value = getattr(config, field.name)
             given = value.width if isinstance(value, Series) else len(value) if isinstance(value, tuple) else 1
             pair = field.metadata["ranged"] and isinstance(value, tuple) and given == 2
-            if given not in (1, count) and not pair:
+            if given not in (1, counts[word]) and not pair:
                 raise ConfigurationError(
-                    f"{field.name} has {given} values for {count} {word}s; give one for all, or one for each."
+                    f"{field.name} has {given} values for {counts[word]} {word}s; give one for all, or one for each."
                 )
 
 
@@ -213,8 +225,11 @@ def _check_text(name: str, value: Any) -> None:
 
 def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
     rule, listed, integral = field.metadata, is_list(field), is_whole(field)
-    if isinstance(value, Series) and rule["series"]:
-        return _check_series(field, value)
+    if rule["series"]:
+        if isinstance(value, Series):
+            return _check_series(field, value)
+        if value == () == field.default:
+            return None
     pair = rule["ranged"] and isinstance(value, tuple) and len(value) == 2
     several = bool(rule["bodies"]) and isinstance(value, tuple) and len(value) > 0
     parts = value if pair or listed or several else (value,)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.generators import seed_of
-from cps_envs.core.compute.kernels import inlined
-from cps_envs.core.compute.streams import whole
 from cps_envs.core.declare.seeds import is_judged
 from cps_envs.core.declare.series import EVEN, Series
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.types import Array, BoolArray, Generators, IntArray
+from cps_envs.core.types import BoolArray, Generators, IntArray
 
 SPLITS = ("seed", "all", "train", "test")  # which places an episode may have
 LEARNED, JUDGED = 0, 1  # halves of the time
@@ -77,17 +74,16 @@ def place_episodes(
 
 
 def halves_of(generators: Generators, envs: BoolArray) -> IntArray:
-    """The half of the time (B,) for each marked environment, by the seed of its generator."""
+    """The half of the time (B,) for each marked environment, by the seed of its generator.
+
+    Kernels draw a place of it: `first[half, whole(stream, 0, counts[half])]` draws nothing where there is one only.
+    """
+    from cps_envs.core.compute.generators import seed_of  # brings the compiler of kernels along
+
     halves = np.zeros(len(envs), np.int64)
     for b in np.flatnonzero(envs).tolist():
         halves[b] = JUDGED if is_judged(seed_of(generators, b)) else LEARNED
     return halves
-
-
-@inlined
-def draw_place(stream: Array, first: IntArray, counts: IntArray, half: int) -> Any:
-    """A place of a half; where there is no choice nothing is drawn."""
-    return first[half, whole(stream, 0, counts[half])]
 
 
 def _counted(halves: Sequence[IntArray]) -> str:

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from cps_envs.core.declare.config import extremes
 from cps_envs.core.picture.canvas import SMALL, Box, Canvas
 from cps_envs.core.picture.history import Curves
 from cps_envs.core.picture.marks import Area, Disc, Dots, Event, LevelLine, Line, Mark, TimeLabels
@@ -29,16 +30,18 @@ HEADROOM = 1.1
 def worst_zone(scene: Scene, curves: Curves) -> int:
     """The zone, from 0, with the largest sum of squared errors; since the onset, once that has come."""
     counted = curves["step"] >= (scene.onset if scene.step >= scene.onset else 0)
-    return int(np.argmax(((curves["temperature"][counted] - scene.config.reference_c) ** 2).sum(axis=0)))
+    return int(np.argmax(((curves["temperature"][counted] - curves["reference_c"][counted]) ** 2).sum(axis=0)))
 
 
 def range_of(true: FloatArray, seen: FloatArray, config: HvacConfig) -> tuple[float, float]:
     """Whole degrees around the reference, all true temperatures, and what is seen of them within the sensor range."""
-    seen = np.clip(seen, min(config.sensor_low_c, true.min()), max(config.sensor_high_c, true.max()))
+    low_c, high_c = extremes(config.sensor_low_c)[0], extremes(config.sensor_high_c)[1]
+    seen = np.clip(seen, min(low_c, true.min()), max(high_c, true.max()))
     lowest, highest = (float(end(np.append(true, seen))) for end in (np.min, np.max))
-    below = math.ceil(max(HEADROOM * (config.reference_c - lowest), LEAST_C))
-    above = math.ceil(max(HEADROOM * (highest - config.reference_c), LEAST_C))
-    return config.reference_c - below, config.reference_c + above
+    low_c, high_c = config.reference_range_c
+    below = math.ceil(max(HEADROOM * (low_c - lowest), LEAST_C))
+    above = math.ceil(max(HEADROOM * (highest - high_c), LEAST_C))
+    return low_c - below, high_c + above
 
 
 def temperature(box: Box, scene: Scene, curves: Curves) -> Panel:
@@ -54,12 +57,31 @@ def temperature(box: Box, scene: Scene, curves: Curves) -> Panel:
         [
             *onset(scene),
             *(Line(time, other, WALL, thin=True) for other in every.T),
-            LevelLine(config.reference_c, MUTED),
+            wanted(scene, zone),
             *(Dots(time[forged], values, tint(FALSE, 0.8)) for values in read.T),
             Dots((step[acted] - 1) / scene.last_step, estimated, BELIEVED),
             Line(time, every[:, zone], TRUE),
             Disc(float(time[-1]), float(every[-1, zone]), TRUE),
         ],
+    )
+
+
+def wanted(scene: Scene, zone: int) -> Mark:
+    """The set-point of a zone, over the whole episode where it changes."""
+    course = scene.day.reference_c
+    if len(course) == 0:
+        return LevelLine(float(scene.reference_c[zone]), MUTED)
+    return Line(np.linspace(0.0, 1.0, len(course)), course[:, zone], MUTED, thin=True)
+
+
+def outside(box: Box, scene: Scene) -> Panel:
+    """The forecast of the outside over the whole episode, and what it is now."""
+    course = scene.day.outdoor_c
+    low_c, high_c = min(float(course.min()), scene.outdoor_c), max(float(course.max()), scene.outdoor_c)
+    line = Line(np.linspace(0.0, 1.0, len(course)), course, MUTED, thin=True)
+    now = Disc(scene.step / scene.last_step, scene.outdoor_c, INK)
+    return Panel(
+        Plot(box, math.floor(low_c - 1.0), math.ceil(high_c + 1.0)), "Outside (°C), forecast and now", [line, now]
     )
 
 

@@ -11,7 +11,7 @@ from cps_envs.core.picture.palette import INK
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import EstimateSource
 from cps_envs.hvac.picture.layout import HouseLayout, arrange
-from cps_envs.hvac.picture.palette import WALL, temperature_color
+from cps_envs.hvac.picture.palette import WALL, middle_c, temperature_color
 from cps_envs.hvac.picture.room import draw_room
 from cps_envs.hvac.picture.scene import Scene
 
@@ -80,9 +80,9 @@ class House:
         expected = "" if scene.forecast_c == scene.outdoor_c else f", forecast {scene.forecast_c:.1f} °C"
         layers = [("Outside", scene.outdoor_c, top, SKY, expected)]
         if self._config.ground_zones:
-            layers.append(("Ground", self._config.ground_c, top + height - GROUND, GROUND, ""))
+            layers.append(("Ground", scene.ground_c, top + height - GROUND, GROUND, ""))
         for name, value, y, high, more in layers:
-            canvas.box((left, y, width, high), temperature_color(value, self._config.reference_c), radius=4)
+            canvas.box((left, y, width, high), temperature_color(value, middle_c(self._config)), radius=4)
             canvas.text(f"{name} {value:.1f} °C{more}", (left + 12, y + high / 2), INK, LETTERS)
         canvas.text(self.afar, (left + width - 12, top + SKY / 2), INK, LETTERS, align=1)
 

@@ -7,7 +7,7 @@ import math
 from cps_envs.core.picture.canvas import OVERSAMPLING, SMALL, Box, Canvas, Point
 from cps_envs.core.picture.palette import BELIEVED, BORDER, FALSE, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.hvac.picture.belief import EstimateSource
-from cps_envs.hvac.picture.palette import HEAT, HONEST, temperature_color
+from cps_envs.hvac.picture.palette import COOL, HEAT, HONEST, middle_c, temperature_color
 from cps_envs.hvac.picture.scene import Scene
 
 WIDE, HIGH = 150, 130  # pixels from which a room has space for words
@@ -17,7 +17,7 @@ EDGE = 10  # pixels between a wall and what is in the room
 
 def draw_room(canvas: Canvas, scene: Scene, belief: EstimateSource, zone: int, box: Box) -> None:
     """A zone, counted from 0."""
-    color = temperature_color(float(scene.temperature[zone]), scene.config.reference_c)
+    color = temperature_color(float(scene.temperature[zone]), middle_c(scene.config))
     canvas.box(box, color, radius=6)
     canvas.box(box, darker(color, 0.78), radius=6, border=2)
     spacious = box[2] >= WIDE and box[3] >= HIGH
@@ -134,16 +134,17 @@ def draw_disc(canvas: Canvas, number: str, centre: Point, radius: float, color: 
 
 
 def draw_heating(canvas: Canvas, scene: Scene, zone: int, box: Box, *, spacious: bool) -> None:
-    """Heating power as a bar of its limit, and in watts."""
+    """Heating, or cooling, power as a bar of its limit, and in watts."""
     left, top, width, height = box
     power = float(scene.heating[zone])
-    share = power / scene.config.max_heating_w
+    limits = scene.config.min_heating_w if power < 0 else scene.config.max_heating_w
+    share = power / (float(limits[zone] if isinstance(limits, tuple) else limits) or 1.0)
     edge, thick = (EDGE, 8) if spacious else (5, 5)
     bar = (left + edge, top + height - edge - thick + 2, width - 2 * edge, thick)
     if spacious:
-        canvas.text("heating", (bar[0], bar[1] - 9), INK, SMALL)
-        canvas.text(f"{power:.0f} W", (bar[0] + bar[2], bar[1] - 9), INK, 17, align=1)
+        canvas.text("cooling" if power < 0 else "heating", (bar[0], bar[1] - 9), INK, SMALL)
+        canvas.text(f"{abs(power):.0f} W", (bar[0] + bar[2], bar[1] - 9), INK, 17, align=1)
     canvas.box(bar, WHITE, radius=2)
     if share > 0:
-        canvas.box((bar[0], bar[1], max(bar[2] * share, 3.0), thick), HEAT, radius=2)
+        canvas.box((bar[0], bar[1], max(bar[2] * share, 3.0), thick), COOL if power < 0 else HEAT, radius=2)
     canvas.box(bar, BORDER if share == 0 else darker(WHITE, 0.7), radius=2, border=1)

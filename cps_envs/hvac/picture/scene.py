@@ -6,11 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cps_envs.core.declare.config import over_time, series_in
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.sensors import membership
 from cps_envs.hvac.state import State
+
+
+@dataclass(frozen=True)
+class Day:
+    """The series of an episode, of its K states; empty what is no series."""
+
+    outdoor_c: FloatArray  # (K or 0,) C, as forecast
+    reference_c: FloatArray  # (K or 0, n) C
 
 
 @dataclass(frozen=True)
@@ -24,6 +33,9 @@ class Scene:
     temperature: FloatArray  # (n,) C, true
     estimate: FloatArray  # (n,) C, that the controller got one step ago
     heating: FloatArray  # (n,) W, of the last step
+    reference_c: FloatArray  # (n,) C, set-points now
+    day: Day
+    ground_c: float  # now
     outdoor_c: float  # now
     forecast_c: float  # what everybody expects of it
     unknown_heat: FloatArray  # (n,) W, that nobody measures, now
@@ -61,6 +73,9 @@ class Scene:
 def scene_of(config: HvacConfig, state: State, model: Model, b: int, episode: int, metrics: dict[str, float]) -> Scene:
     """Episode `b` of a batch at its present step."""
     k, window, n = int(state.step[b]), len(model.decay) - 1, len(model.B)
+    first, shown = int(state.first[b]), series_in(config)
+    now, whole = first + k, slice(first, first + config.num_steps)
+    ground = over_time(config, "ground_c", np.array([float(model.begin_s) + now * config.step_s]), 1)
     drift, error = state.heat_drift[b], state.outdoor_error[b]
     followed = int(state.choice[b]) - len(model.member) - 2
     return Scene(
@@ -71,8 +86,14 @@ def scene_of(config: HvacConfig, state: State, model: Model, b: int, episode: in
         temperature=state.temperature[b].copy(),
         estimate=state.fed[b].copy(),
         heating=state.heating[b].copy(),
-        outdoor_c=float(model.outdoor[k] + (error[k] if len(error) else 0.0)),
-        forecast_c=float(model.outdoor[k]),
+        reference_c=model.reference[now].copy(),
+        day=Day(
+            model.outdoor[whole if "outdoor_c" in shown else slice(0)],
+            model.reference[whole if "reference_c" in shown else slice(0)],
+        ),
+        ground_c=float(ground[0, 0]),
+        outdoor_c=float(model.outdoor[now] + (error[k] if len(error) else 0.0)),
+        forecast_c=float(model.outdoor[now]),
         unknown_heat=state.heat[b] + (drift[k] if len(drift) else 0.0),
         believed_heat=state.filtered[b, followed, n:].copy() if followed >= 0 else np.full(n, np.nan),
         measured=state.measured[b].copy(),

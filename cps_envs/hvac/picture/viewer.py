@@ -16,9 +16,9 @@ from cps_envs.core.picture.plot import AXIS, Plot, rounded_up
 from cps_envs.core.picture.viewer import RememberingViewer
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import EstimateSource, belief_of, clock
-from cps_envs.hvac.picture.course import impact, residuals, temperature
+from cps_envs.hvac.picture.course import impact, outside, residuals, temperature
 from cps_envs.hvac.picture.house import House
-from cps_envs.hvac.picture.palette import HONEST, REACH_C, TEMPERATURE_SCALE
+from cps_envs.hvac.picture.palette import HONEST, REACH_C, TEMPERATURE_SCALE, middle_c
 from cps_envs.hvac.picture.ranking import ranking
 from cps_envs.hvac.picture.room import draw_disc
 from cps_envs.hvac.picture.scene import Scene
@@ -26,13 +26,15 @@ from cps_envs.hvac.picture.scene import Scene
 CARD = 138.0  # pixels from card to card
 HOUSE = (MARGIN, 118, 500, HEIGHT - 118 - MARGIN / 2)
 LEFT, TOPS, HEIGHTS = 536, (132, 256, 346, 422), (104, 70, 42, 54)  # of the panels, pixels
+WITH_WEATHER = (132, 290, 346, 422), (62, 36, 42, 54)  # the same where the outside is shown too, at
+OUTSIDE = 216, 46
 
 
 class HvacViewer(RememberingViewer):
     """The building on the left, the course of the day on the right."""
 
     moment = ("step",)
-    kept = ("temperature", "estimate", "reading", "ready", "mean_residual", "impact")
+    kept = ("temperature", "reference_c", "estimate", "reading", "ready", "mean_residual", "impact")
     most_points = 240
 
     def __init__(self, config: HvacConfig, canvas: Canvas | None = None) -> None:
@@ -52,12 +54,16 @@ class HvacViewer(RememberingViewer):
 def panels(scene: Scene, curves: Curves) -> list[Panel]:
     """Temperature, residuals over time, impact, and residuals of the sets; both of residuals have the same range."""
     width = WIDTH - MARGIN - AXIS - LEFT
-    boxes = [(LEFT, top, width, height) for top, height in zip(TOPS, HEIGHTS, strict=True)]
+    shown = len(scene.day.outdoor_c) > 0
+    places = WITH_WEATHER if shown else (TOPS, HEIGHTS)
+    boxes = [(LEFT, top, width, height) for top, height in zip(*places, strict=True)]
+    weather = [outside((LEFT, OUTSIDE[0], width, OUTSIDE[1]), scene)] if shown else []
     eps, known = scene.config.threshold_c2, curves["mean_residual"][curves["ready"] > 0]
     highest = max(float(known.max(initial=0.0)), float(scene.residual.max()), 5 * eps)
     low, high = math.floor(math.log10(eps / 5)), math.ceil(math.log10(highest))
     return [
         temperature(boxes[0], scene, curves),
+        *weather,
         residuals(Plot(boxes[1], low, high, logarithmic=True), scene, curves),
         impact(Plot(boxes[2], 0.0, rounded_up(max(2.0, scene.impact))), scene, curves),
         ranking(Plot(boxes[3], low, high, logarithmic=True, columns=len(scene.member)), scene),
@@ -83,7 +89,7 @@ def frame_of(scene: Scene, belief: EstimateSource) -> Frame:
             ("Energy", f"{metrics['energy_kwh']:.2f} kWh"),
         ],
         pitch=CARD,
-        gauge=scale(config.reference_c),
+        gauge=scale(middle_c(config)),
         caption=belief.source + (" (forged)" if belief.flawed else ""),
         badge=FALSE if belief.flawed else followed,
         legend=LEGEND,

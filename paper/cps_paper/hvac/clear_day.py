@@ -103,7 +103,7 @@ def _zone_day(course: DayCourse, zone: int) -> ZoneDay:
         afternoon_error_c=float(error[course.between(AFTERNOON_H, 24.0)].max()),
         morning_heating_w=float(heating[morning].mean()),
         heated_hours=tuple(hours),
-        below_share=float(np.mean(readings < course.config.reference_c)) if len(readings) else 0.0,
+        below_share=float(np.mean(readings < course.config.reference_range_c[0])) if len(readings) else 0.0,
     )
 
 
@@ -151,7 +151,7 @@ def heats_only_below(evidence: HvacEvidence, claim: Claim) -> Finding:
 @CLAIMS.judges("C05")
 def reference(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The configuration's."""
-    ours = noise_free(ENERGIES_W[0]).config.reference_c
+    ours = noise_free(ENERGIES_W[0]).config.reference_range_c[0]
     return Finding(ours, f"{ours:g} °C, an input", by_construction(of_printed(ours, claim)))
 
 

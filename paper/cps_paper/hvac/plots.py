@@ -80,7 +80,7 @@ def draw_impacts(axes: Any, groups: Groups, title: str) -> None:
 def draw_clear_day(evidence: HvacEvidence) -> Any:
     """All four panels of Fig. 4.2."""
     course = evidence[noise_free(ENERGIES_W[0])]
-    time_h, reference_c = course.time_h, course.config.reference_c
+    time_h, reference_c = course.time_h, course.config.reference_range_c[0]
     figure = new_figure(11.0, 7.0, "Fig. 4.2 recomputed (attack-free, without noise, E = 1 kW)")
     a, b, c, d = figure.subplot_mosaic("ab;cd").values()
     draw_zones(a, time_h, course.temperature_c[:, 0], "a) Temperatures", TEMPERATURE)
@@ -122,7 +122,7 @@ def draw_undefended(evidence: HvacEvidence) -> Any:
     course = evidence[first_zone("constant")]
     title = f"b) Sensor 1 reads 22 °C: A_impact = {course.a_impact[SEED]:.1f} (paper 149.3)"
     draw_zones(b, course.time_h, course.temperature_c[:, SEED], title, TEMPERATURE)
-    b.axhline(course.config.reference_c, label="reference", **REFERENCE)
+    b.axhline(course.config.reference_range_c[0], label="reference", **REFERENCE)
     add_legend(b)
     draw_zones(c, course.time_h, course.level_percent[:, SEED], "c) Inputs in the same case", "heating / % of E")
     for axes in (b, c):

@@ -117,7 +117,7 @@ class DayScenario:
 
 def squared_error(game: HvacGame) -> FloatArray:
     """|x(k) - x_r|^2 (B,), C2, at the state that the game is in."""
-    error: FloatArray = ((game.state.temperature - game.config.reference_c) ** 2).sum(axis=1)
+    error: FloatArray = ((game.state.temperature - game.config.reference_range_c[0]) ** 2).sum(axis=1)
     return error
 
 
@@ -142,7 +142,7 @@ class DayCourse(DayOutcome):
     @property
     def tracking_error_c(self) -> FloatArray:
         """|x - x_r|, (K, B, n)."""
-        error: FloatArray = np.abs(self.temperature_c - self.config.reference_c)
+        error: FloatArray = np.abs(self.temperature_c - self.config.reference_range_c[0])
         return error
 
     @property
@@ -154,7 +154,7 @@ class DayCourse(DayOutcome):
     @property
     def level_percent(self) -> FloatArray:
         """Heating in percent of E, (K - 1, B, n)."""
-        level: FloatArray = 100.0 * self.heating_w / self.config.max_heating_w
+        level: FloatArray = 100.0 * self.heating_w / self.config.heating_range_w[1]
         return level
 
     def between(self, first_h: float, last_h: float) -> slice:

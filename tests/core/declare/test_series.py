@@ -32,7 +32,7 @@ class Shed:
 
     def __post_init__(self) -> None:
         validate(self)
-        check_bodies(self, self.rooms)
+        check_bodies(self, {"room": self.rooms})
 
 
 def test_a_series_is_what_it_holds() -> None:
