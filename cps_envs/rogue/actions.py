@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.compute.kernels import clip, inlined, kernel, pack, unpack
+from cps_envs.core.compute.kernels import clip, inlined, kernel, records, unpack
+from cps_envs.core.declare.bodies import spans
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
@@ -30,26 +31,41 @@ def order_space(config: RogueConfig, num_vehicles: int) -> spaces.Space[Any]:
     return spaces.MultiDiscrete([choices, 2] * num_vehicles)
 
 
-class Engine(NamedTuple):
-    """Drive, drag and efforts of an intact vehicle; drawn quantities stand at the middle of their range."""
+class Body(NamedTuple):
+    """What an intact vehicle is; drawn quantities stand at the middle of their range."""
 
     drive_mps2: float
     drag_per_s: float
+    length_m: float
+    proportional_gain: float
+    derivative_gain: float
     min_effort: float
     max_effort: float
 
 
-def engine_of(config: RogueConfig) -> Engine:
-    """The engine under a configuration."""
-    drive, drag = (sum(bounds(quantity)) / 2 for quantity in (config.drive_mps2, config.drag_per_s))
-    return Engine(drive, drag, config.min_effort, config.max_effort)
+def bodies_of(config: RogueConfig) -> Array:
+    """The vehicles from the rear under a configuration, records (n,) of `Body`, or (1,) where all are alike."""
+    table = records(Body, config.num_bodies)
+    for name in Body._fields:
+        value = getattr(config, "vehicle_length_m" if name == "length_m" else name)
+        table[name] = spans(value).mean(axis=0)
+    return table
+
+
+@inlined
+def body_of(bodies: Array, i: int) -> Body:
+    """Vehicle `i` of `bodies_of`, 0 = rear."""
+    return unpack(Body, bodies, min(i, bodies.size - 1))
 
 
 def command_limits(config: RogueConfig) -> tuple[float, float]:
-    """The accelerations (m/s2) of the actions -1 (as a positive number) and 1: full effort at v_ref, 7.5 and 2.5."""
-    engine, speed = engine_of(config), sum(bounds(config.reference_speed_mps)) / 2
-    braking = engine.drag_per_s * speed - engine.drive_mps2 * engine.min_effort
-    return braking, engine.drive_mps2 * engine.max_effort - engine.drag_per_s * speed
+    """The accelerations (m/s2) of the actions -1 (as a positive number) and 1: full effort at v_ref, 7.5 and 2.5.
+
+    Where vehicles differ, of the strongest, so that every one of them can be driven in full.
+    """
+    bodies, speed = bodies_of(config), sum(bounds(config.reference_speed_mps)) / 2
+    drag, drive = bodies["drag_per_s"] * speed, bodies["drive_mps2"]
+    return float((drag - drive * config.min_effort).max()), float((drive * config.max_effort - drag).max())
 
 
 @kernel
@@ -77,28 +93,30 @@ def acceleration_of(level: float, limits: tuple[float, float]) -> float:
     return level * (limits[0] if level < 0.0 else limits[1])
 
 
-def action_of_effort(effort: Array, speed_mps: Array, power_ratio: Array, config: RogueConfig) -> FloatArray:
+def action_of_effort(
+    effort: Array, speed_mps: Array, power_ratio: Array, config: RogueConfig, attacker_index: Array | int = 1
+) -> FloatArray:
     """The attacker's actions in [-1, 1] that set these efforts at these speeds; all arguments broadcast.
 
-    The inverse of `dynamics.effort_of`.
+    `attacker_index` (1 = rear) matters where vehicles differ. The inverse of `dynamics.effort_of`.
     """
-    given = np.stack(np.broadcast_arrays(effort, speed_mps, power_ratio)).astype(np.float64)
+    given = np.stack(np.broadcast_arrays(effort, speed_mps, power_ratio, attacker_index)).astype(np.float64)
     actions = np.empty(given.shape[1:])
-    _set_efforts(given.reshape(3, -1), pack(engine_of(config)), actions.reshape(-1))
+    _set_efforts(given.reshape(4, -1), bodies_of(config), actions.reshape(-1))
     return actions
 
 
 @kernel
-def _set_efforts(given: FloatArray, engine: Array, actions: FloatArray) -> None:
-    effort, speed, ratio = given
+def _set_efforts(given: FloatArray, bodies: Array, actions: FloatArray) -> None:
+    effort, speed, ratio, place = given
     for k in range(actions.size):
-        actions[k] = action_for(effort[k], speed[k], ratio[k], unpack(Engine, engine, 0))
+        actions[k] = action_for(effort[k], speed[k], ratio[k], body_of(bodies, int(place[k]) - 1))
 
 
 @inlined
-def action_for(effort: float, speed_mps: float, power_ratio: float, engine: Engine) -> float:
+def action_for(effort: float, speed_mps: float, power_ratio: float, body: Body) -> float:
     """`action_of_effort` of one vehicle, for kernels."""
-    least, most = engine.min_effort, engine.max_effort
-    cruise = clip(engine.drag_per_s * speed_mps / (power_ratio * engine.drive_mps2), least, most)
+    least, most = body.min_effort, body.max_effort
+    cruise = clip(body.drag_per_s * speed_mps / (power_ratio * body.drive_mps2), least, most)
     reach = most - cruise if effort > cruise else cruise - least
     return clip((effort - cruise) / max(reach, 1e-12), -1.0, 1.0)

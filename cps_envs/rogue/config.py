@@ -4,8 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from cps_envs.core.declare.config import IntRange, Range, bounds, is_multiple, quantity, validate
+from cps_envs.core.declare.bodies import names_each, spans
+from cps_envs.core.declare.config import (
+    IntRange,
+    Range,
+    RangedBodies,
+    bounds,
+    check_bodies,
+    is_multiple,
+    quantity,
+    validate,
+)
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import FloatArray
 from cps_envs.rogue.stability import longest_stable_step_s
 
 TABLE = "Table 5.1"
@@ -21,11 +32,15 @@ COST = "chosen: saturating mean errors, or log(1 + mean distance / sigma) from t
 NEUTRAL = "chosen: of all, by the defender's neutral action"
 
 
+OF_VEHICLES = ("drive_mps2", "drag_per_s", "vehicle_length_m", "proportional_gain", "derivative_gain")
+
+
 @dataclass(frozen=True)
 class RogueConfig:
     """A platoon of n vehicles, numbered 1 (rear) to n (leader), one of them driven by an attacker.
 
-    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly.
+    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly. Drive, drag,
+    length and the gains also take a tuple with a value for each vehicle of the longest platoon, from the rear.
 
     Raises:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
@@ -34,15 +49,25 @@ class RogueConfig:
     num_vehicles: IntRange = quantity(5, low=3, high=100, source="paper: n", ranged=True)
     attacker_index: IntRange = quantity(3, low=1, high=99, source="paper: 3; 1 = rear", ranged=True)
     power_ratio: Range = quantity(1.0, low=1, high=3, source=RATIO, ranged=True)
-    drive_mps2: Range = quantity(5.0, unit="m/s2", low=1, high=20, source=f"{TABLE}: alpha", ranged=True)
-    drag_per_s: Range = quantity(0.1, unit="1/s", low=0.01, high=1, source=f"{TABLE}: beta", ranged=True)
+    drive_mps2: RangedBodies = quantity(
+        5.0, unit="m/s2", low=1, high=20, source=f"{TABLE}: alpha", ranged=True, bodies="vehicle"
+    )
+    drag_per_s: RangedBodies = quantity(
+        0.1, unit="1/s", low=0.01, high=1, source=f"{TABLE}: beta", ranged=True, bodies="vehicle"
+    )
     min_effort: float = quantity(-1.0, low=-5, high=0, source="reconstructed: F-, missing in Table 5.1")
     max_effort: float = quantity(1.0, low=0.1, high=5, source=f"{TABLE}: F+")
     separation_m: float = quantity(9.0, unit="m", low=2, high=100, source="paper: sigma_ref, between centres")
     reference_speed_mps: Range = quantity(25.0, unit="m/s", low=1, high=60, source="paper: v_ref", ranged=True)
-    vehicle_length_m: float = quantity(4.5, unit="m", low=1, high=30, source="paper: l")
-    proportional_gain: float = quantity(1.0, unit="1/s2", low=0, high=100, source="(5.15): k_p")
-    derivative_gain: float = quantity(3.0, unit="1/s", low=0, high=100, source="(5.15): k_d")
+    vehicle_length_m: RangedBodies = quantity(
+        4.5, unit="m", low=1, high=30, source="paper: l", ranged=True, bodies="vehicle"
+    )
+    proportional_gain: RangedBodies = quantity(
+        1.0, unit="1/s2", low=0, high=100, source="(5.15): k_p", ranged=True, bodies="vehicle"
+    )
+    derivative_gain: RangedBodies = quantity(
+        3.0, unit="1/s", low=0, high=100, source="(5.15): k_d", ranged=True, bodies="vehicle"
+    )
     surface_slope_per_s: float = quantity(0.1, unit="1/s", low=0, high=10, source=f"{TABLE}: k_1")
     boundary_layer_mps: float = quantity(0.025, unit="m/s", low=1e-3, high=10, source=f"{TABLE}: epsilon")
     max_speed_mps: float = quantity(50.0, unit="m/s", low=1, high=200, source="reconstructed: alpha F+ / beta")
@@ -108,6 +133,7 @@ class RogueConfig:
                 )
 
     def _check_sizes(self) -> None:
+        check_bodies(self, {"vehicle": self.max_vehicles})
         fewest, (first, last) = bounds(self.num_vehicles)[0], bounds(self.attacker_index)
         if first >= fewest or last >= self.max_vehicles:
             raise ConfigurationError(
@@ -115,17 +141,19 @@ class RogueConfig:
                 "leader, who holds the reference, is intact. Choose for example attacker_index = "
                 f"(1, {self.max_vehicles - 1}); drawn seats have to begin below {fewest}."
             )
-        if self.separation_m <= self.vehicle_length_m + 2 * self.spacing_spread_m:
+        longest_m = float(self.pair_length_m.max())
+        if self.separation_m <= longest_m + 2 * self.spacing_spread_m:
             raise ConfigurationError(
                 f"separation_m = {self.separation_m} leaves vehicles of vehicle_length_m = {self.vehicle_length_m} in "
-                "contact at the start; choose a larger separation."
+                "contact at the start; choose a larger separation: it is between centres, and above "
+                f"{longest_m + 2 * self.spacing_spread_m:g} m."
             )
         if not self.inner_share < self.middle_share < self.outer_share:
             raise ConfigurationError(
                 f"inner_share = {self.inner_share} < middle_share = {self.middle_share} < outer_share = "
                 f"{self.outer_share} is required."
             )
-        top_speed = bounds(self.drive_mps2)[0] * self.max_effort / bounds(self.drag_per_s)[1]
+        top_speed = float((spans(self.drive_mps2)[0] * self.max_effort / spans(self.drag_per_s)[1]).min())
         if bounds(self.reference_speed_mps)[1] >= top_speed:
             raise ConfigurationError(
                 f"reference_speed_mps = {self.reference_speed_mps} is out of reach: drive and drag allow "
@@ -159,6 +187,17 @@ class RogueConfig:
     def max_vehicles(self) -> int:
         """Vehicles of the longest platoon; arrays are as long."""
         return int(bounds(self.num_vehicles)[1])
+
+    @property
+    def num_bodies(self) -> int:
+        """Vehicles that a configuration tells apart: all of the longest platoon, or 1 where all are alike."""
+        return self.max_vehicles if any(names_each(getattr(self, name)) for name in OF_VEHICLES) else 1
+
+    @property
+    def pair_length_m(self) -> FloatArray:
+        """Between the centres of each pair in contact, at most: (n - 1,), or (1,) where all vehicles are alike."""
+        length = spans(self.vehicle_length_m)[1]
+        return length if length.size == 1 else 0.5 * (length[1:] + length[:-1])
 
     @property
     def num_intact(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cps_envs.core.compute.kernels import Record, inlined
-from cps_envs.rogue.state import Rules, State
+from cps_envs.rogue.state import Rules, State, touching_m
 
 REARM_M = 0.05  # beyond contact, from where on a further contact counts
 
@@ -11,7 +11,7 @@ REARM_M = 0.05  # beyond contact, from where on a further contact counts
 @inlined
 def touch(episode: State, i: int, score: Record, r: Rules) -> None:
     """Account for the contact of pair `i`."""
-    gap = episode.position[i + 1] - episode.position[i] - r.vehicle_length_m
+    gap = episode.position[i + 1] - episode.position[i] - touching_m(episode, i)
     if gap < 0.0:
         if r.solid:
             collide(episode, i, -gap, r.bumper_mps)

@@ -36,9 +36,9 @@ def in_force(ordered: int, alarm: int) -> int:
 
 
 @inlined
-def linear(e: float, d: float, r: Rules) -> float:
+def linear(e: float, d: float, proportional_gain: float, derivative_gain: float) -> float:
     """The controller (5.15), m/s2, for the errors of both sides added up."""
-    return r.proportional_gain * e + r.derivative_gain * d
+    return proportional_gain * e + derivative_gain * d
 
 
 @inlined
@@ -63,9 +63,9 @@ def scheduled_authority(e: float, d: float, r: Rules) -> float:
 
 
 @inlined
-def drive_behind(distance: float, rate: float, speed: float, desired_speed: float, r: Rules) -> float:
-    """The human driver of (2.5), m/s2, `distance` between centres and `rate` (its derivative) to the vehicle ahead."""
-    gap = max(distance - r.vehicle_length_m, NARROWEST_M)
+def drive_behind(bumpers_m: float, rate: float, speed: float, desired_speed: float, r: Rules) -> float:
+    """The human driver of (2.5), m/s2, `bumpers_m` behind the vehicle ahead; `rate` is the derivative of that."""
+    gap = max(bumpers_m, NARROWEST_M)
     root = 2.0 * sqrt(r.driver_acceleration_mps2 * r.driver_braking_mps2)
     wanted = max(0.0, r.driver_gap_m + speed * (r.driver_headway_s - rate / root))
     return drive_freely(speed, desired_speed, r) - r.driver_acceleration_mps2 * (wanted / gap) ** 2

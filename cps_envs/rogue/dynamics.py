@@ -29,7 +29,7 @@ from cps_envs.rogue.controllers import (
 from cps_envs.rogue.detector import leaky, raise_alarm
 from cps_envs.rogue.formation import formation_cost
 from cps_envs.rogue.lanes import Block, Plants, lane
-from cps_envs.rogue.state import Drawn, Rules, State
+from cps_envs.rogue.state import Drawn, Rules, State, touching_m
 
 
 @inlined
@@ -59,12 +59,12 @@ def advance_lanes(
             watch(block, plants, n, width, r)
             if any_marked(block, width):
                 raise_alarms(block, state, drawn, scores, rows, n, count, r)
-            decide(block, n, width, r)
+            decide(block, plants, n, width, r)
             for k in range(count):
                 if block.particular[k]:
                     decide_apart(block, state, drawn, rows[k], k, n, r)
             actuate(block, plants, n, width, r)
-            look_for_contacts(block, n, width, r)
+            look_for_contacts(block, plants, n, width)
             if any_marked(block, width):
                 settle(block, state, scores, rows, n, count, r)
             for k in range(width):
@@ -107,7 +107,8 @@ def look_apart(block: Block, k: int, n: int) -> None:
 def hold(block: Block, plants: Plants, k: int, attack: float, r: Rules) -> None:
     """Set the attacker's effort anew where a decision of the attacker is due."""
     if block.step[k] % r.hold_steps == 0:
-        drag = plants.drag_per_s[k] * block.speed[plants.attacker[k], k]
+        j = min(plants.attacker[k], plants.drag_per_s.shape[0] - 1)
+        drag = plants.drag_per_s[j, k] * block.speed[plants.attacker[k], k]
         cruise = clip(drag / plants.attacker_drive_mps2[k], r.min_effort, r.max_effort)
         block.held_effort[k] = effort_of(attack, cruise, r)
 
@@ -135,12 +136,14 @@ def sense(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
     Those of a vehicle to the one behind it are the same with opposite signs. Also what intact vehicles could do at
     their speed; nobody drives in reverse.
     """
+    last = plants.drive_mps2.shape[0] - 1  # 0 where all vehicles are alike
     for i in range(n):
+        j = min(i, last)
         for k in range(width):
-            drag = plants.drag_per_s[k] * block.speed[i, k]
-            braking = plants.drive_mps2[k] * r.min_effort - drag
+            drag = plants.drag_per_s[j, k] * block.speed[i, k]
+            braking = plants.drive_mps2[j, k] * r.min_effort - drag
             block.least[i, k] = braking if block.speed[i, k] > 0.0 else 0.0
-            block.most[i, k] = plants.drive_mps2[k] * r.max_effort - drag
+            block.most[i, k] = plants.drive_mps2[j, k] * r.max_effort - drag
     for i in range(n - 1):
         for k in range(width):
             error = block.position[i + 1, k] - block.position[i, k] - r.separation_m
@@ -195,12 +198,15 @@ def raise_alarms(
 
 
 @inlined
-def decide(block: Block, n: int, width: int, r: Rules) -> None:
+def decide(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
     """The desired accelerations (m/s2) in this step, but for the controllers of `decide_apart`."""
+    last = plants.proportional_gain.shape[0] - 1
     for i in range(n):
+        j = min(i, last)
         for k in range(width):
             e, d = block.error[i + 1, k] - block.error[i, k], block.rate[i + 1, k] - block.rate[i, k]
-            proportional, saturated = linear(e, d, r), sliding(e, d, r.max_acceleration_mps2, r)
+            proportional = linear(e, d, plants.proportional_gain[j, k], plants.derivative_gain[j, k])
+            saturated = sliding(e, d, r.max_acceleration_mps2, r)
             own = proportional if block.controller[i, k] == LINEAR else saturated
             block.command[i, k] = block.wanted[i, k] if block.controller[i, k] == COMMANDED else own
 
@@ -239,7 +245,8 @@ def follow(episode: State, i: int, e: float, d: float, modified: bool, grows: bo
 def drive_by_hand(episode: State, i: int, e: float, d: float, c: Drawn, r: Rules) -> float:
     """Acceleration (m/s2) of a human, who ignores what is behind; `e` and `d` are the errors on the front side."""
     if i + 1 < episode.speed.size:
-        return drive_behind(e + r.separation_m, d, episode.speed[i], c.reference_speed_mps, r)
+        bumpers_m = e + r.separation_m - touching_m(episode, i)
+        return drive_behind(bumpers_m, d, episode.speed[i], c.reference_speed_mps, r)
     return drive_back(e, d) if r.human_returns else drive_freely(episode.speed[i], c.reference_speed_mps, r)
 
 
@@ -252,11 +259,13 @@ def actuate(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
     """
     for k in range(width):
         block.seized[k] = block.step[k] >= plants.onset_step[k]
+    last = plants.drive_mps2.shape[0] - 1
     for i in range(n):
+        j = min(i, last)
         for k in range(width):
             rogue, speed = plants.attacker[k] == i, block.speed[i, k]
-            strong, drag = rogue & (block.seized[k] | (not r.hidden)), plants.drag_per_s[k] * speed
-            drive = plants.attacker_drive_mps2[k] if strong else plants.drive_mps2[k]
+            strong, drag = rogue & (block.seized[k] | (not r.hidden)), plants.drag_per_s[j, k] * speed
+            drive = plants.attacker_drive_mps2[k] if strong else plants.drive_mps2[j, k]
             own = clip((block.command[i, k] + drag) / drive, r.min_effort, r.max_effort)
             effort = block.held_effort[k] if rogue & block.seized[k] else own
             block.effort[i, k] = effort
@@ -267,13 +276,16 @@ def actuate(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
 
 
 @inlined
-def look_for_contacts(block: Block, n: int, width: int, r: Rules) -> None:
+def look_for_contacts(block: Block, plants: Plants, n: int, width: int) -> None:
     """Mark the lanes where a pair touches, or has touched and is not armed yet."""
     for k in range(width):
         block.marked[k] = False
+    last = plants.length_m.shape[0] - 1
     for i in range(n - 1):
+        rear, front = min(i, last), min(i + 1, last)
         for k in range(width):
-            gap = block.position[i + 1, k] - block.position[i, k] - r.vehicle_length_m
+            apart = block.position[i + 1, k] - block.position[i, k]
+            gap = apart - 0.5 * (plants.length_m[rear, k] + plants.length_m[front, k])
             block.marked[k] |= (not gap >= 0.0) | (not block.armed[i, k])
 
 

@@ -26,7 +26,7 @@ from cps_envs.rogue.observation import observe_attacker, observe_defender
 from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics, measure
 from cps_envs.rogue.picture.scene import Scene, scene_of
 from cps_envs.rogue.privileged import Truth
-from cps_envs.rogue.start import chances_of, ranges_of, start_episodes
+from cps_envs.rogue.start import builds_of, chances_of, ranges_of, start_episodes
 from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, platoon, rules_of
 from cps_envs.rogue.swarm import VehicleTeam
 
@@ -75,7 +75,8 @@ class RogueGame(Game):
         self.payoff_parts = PAYOFF_PARTS
         self.rules, self._ranges, self._chances = rules_of(config), ranges_of(config), chances_of(config)
         self._limits = command_limits(config)
-        self.state: State = allocate(num_envs, config.max_vehicles)
+        self.state: State = allocate(num_envs, config.max_vehicles, config.num_bodies)
+        self._builds = hold(builds_of(config))
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
         self._held, self._episodes = hold(self.state), np.zeros(num_envs, np.int64)
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
@@ -85,7 +86,7 @@ class RogueGame(Game):
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += 1
-        given = (self._chances, self._ranges, self.rules)
+        given = (self._chances, self._ranges, self._builds, self.rules)
         with drawing(generators, np.flatnonzero(envs)) as streams:
             start_episodes(self._held, self.drawn, self._scores, streams, envs, *given)
 
@@ -166,7 +167,7 @@ def step(
     """
     attack, orders, accelerations = moves
     r, most = unpack(Rules, rules, 0), state.position.shape[1]
-    block, plants, places = make_block(most), make_plants(), np.empty(envs.size, np.int64)
+    block, plants, places = make_block(most), make_plants(state.length_m.shape[1]), np.empty(envs.size, np.int64)
     for n in range(2, most + 1):
         total = 0
         for b in range(envs.size):

@@ -13,7 +13,7 @@ from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, State
-from cps_envs.rogue.actions import Engine, engine_of
+from cps_envs.rogue.actions import bodies_of
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.fields import NEAR, compressed
 from cps_envs.rogue.giving_way import NOBODY, GivingWay, Ways
@@ -65,7 +65,7 @@ class GiveWayVehicle(Adapter):
         super().__init__(spec)
         config: RogueConfig = spec.config
         self._giving, self._count = GivingWay(spec, pack(WAYS)), config.num_orders
-        self._rules, self._engine = rules_of(config), pack(engine_of(config))
+        self._rules, self._bodies = rules_of(config), bodies_of(config)
         self.agents: tuple[str, ...] = names_of(config)
         self.action_space: spaces.Space[Any] = spaces.Discrete(2)
         self.neutral_action = np.array(NEUTRAL)
@@ -110,7 +110,7 @@ class GiveWayVehicle(Adapter):
         sums, lately, told, gaps, rates, asked, given = state
         sums, lately = sums.copy(), lately.copy()
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _watch(*shown, told, self.spec.decision_interval_s, self._rules, self._engine, sums, lately)
+        _watch(*shown, told, self.spec.decision_interval_s, self._rules, self._bodies, sums, lately)
         asks = self._asks(actions, sums, given) & self._there(seen)
         asked = np.where(asks, asked + 1, 0)
         given = self._given(asked, given)
@@ -208,18 +208,18 @@ def _watch(
     commanded_mps2: FloatArray,
     interval_s: float,
     rules: Array,
-    engine: Array,
+    bodies: Array,
     sums: FloatArray,
     lately: FloatArray,
 ) -> None:
     """Bring both sums (B, n) up to date; accelerations (B, n) were commanded, NaN where a vehicle drives by a law."""
-    at, r, e, values = offsets[0], unpack(Rules, rules, 0), unpack(Engine, engine, 0), np.empty(observation.shape[1])
+    at, r, values = offsets[0], unpack(Rules, rules, 0), np.empty(observation.shape[1])
     for b in range(sums.shape[0]):
         for entry in range(values.size):
             values[entry] = read(observation, scale, b, entry)
         count = vehicles(values, at, sums.shape[1])
         for i in range(count):
-            beyond = disobedience(values, at, i, count, commanded_mps2[b, i], MARGIN_MPS, r, e)
+            beyond = disobedience(values, at, i, count, commanded_mps2[b, i], MARGIN_MPS, r, bodies)
             gained = interval_s * (beyond - SLACK_MPS2)
             sums[b, i] = clip(sums[b, i] + gained, 0.0, MOST_MPS)
             lately[b, i] = clip(lately[b, i] + gained, 0.0, LATELY_MPS)

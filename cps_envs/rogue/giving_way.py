@@ -13,6 +13,7 @@ from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 from cps_envs.rogue.reading import levels_of, nearest, read, vehicles
+from cps_envs.rogue.state import of_vehicle
 
 NOBODY = -1  # the seat while nobody is given way
 LEAST_GAP_M = 0.5  # that the acceleration which avoids an impact is reckoned with
@@ -67,7 +68,7 @@ class GivingWay:
                 'adapter "vehicle"'
             )
         self._ways, self._levels_mps2, self._orders = ways, levels_of(config), config.num_orders
-        self._sizes = (config.separation_m, config.vehicle_length_m, spec.decision_interval_s)
+        self._bumpers_m, self._interval_s = config.separation_m - config.pair_length_m, spec.decision_interval_s
 
     def orders(
         self, seen: Seen, seats: IntArray, gaps: FloatArray, rates: FloatArray, *, returning: bool = False
@@ -79,7 +80,8 @@ class GivingWay:
         """
         gaps, rates, orders = gaps.copy(), rates.copy(), np.zeros((len(seen), 2 * self._orders), np.int64)
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _give_way_all(*shown, self._ways, self._levels_mps2, self._sizes, seats, returning, gaps, rates, orders)
+        given = (*shown, self._ways, self._levels_mps2, self._bumpers_m, self._interval_s, seats, returning)
+        _give_way_all(*given, gaps, rates, orders)
         return orders, gaps, rates
 
     def unfiltered(self, count: int) -> FloatArray:
@@ -94,37 +96,40 @@ def _give_way_all(
     scale: FloatArray,
     ways: Array,
     levels_mps2: FloatArray,
-    sizes: tuple[float, float, float],
+    bumpers_m: FloatArray,
+    interval_s: float,
     seats: IntArray,
     returning: bool,
     gaps: FloatArray,
     rates: FloatArray,
     orders: IntArray,
 ) -> None:
-    """Filter gaps and rates (B, n - 1) and fill the orders (B, 2 n); `seats` are `NOBODY` where all slide."""
-    at, values, (separation_m, length_m, interval_s) = offsets[0], np.empty(observation.shape[1]), sizes
-    bumpers_m = separation_m - length_m
+    """Filter gaps and rates (B, n - 1) and fill the orders (B, 2 n); `seats` are `NOBODY` where all slide.
+
+    `bumpers_m` are the wanted gaps of the pairs (n - 1,), or (1,) where all are alike.
+    """
+    at, values = offsets[0], np.empty(observation.shape[1])
     for b in range(seats.size):
         w, seat = unpack(Ways, ways, b % ways.size), seats[b]
         for entry in range(values.size):
             values[entry] = read(observation, scale, b, entry)
         count = vehicles(values, at, orders.shape[1] // 2)
         for pair in range(count - 1):
-            track(values, at, pair, bumpers_m, interval_s, w, gaps[b], rates[b])
+            track(values, at, pair, of_vehicle(bumpers_m, pair), interval_s, w, gaps[b], rates[b])
         missing_m, late_m = values[at.reference_error], 0.0  # to the own place; of the one that is given way
         for pair in range(max(seat, 0), count - 1):
-            late_m += gaps[b, pair] - bumpers_m
+            late_m += gaps[b, pair] - of_vehicle(bumpers_m, pair)
         late_m += missing_m
         for i in range(count - 1, -1, -1):
             if i < count - 1:
-                missing_m += gaps[b, i] - bumpers_m
+                missing_m += gaps[b, i] - of_vehicle(bumpers_m, i)
             orders[b, 2 * i] = SLIDING if seat < 0 else FRONT
             if i > seat >= 0:
                 open_m = max(missing_m, missing_m - late_m)
-                wanted = evade(values, at, i, seat, open_m, bumpers_m, w, gaps[b], rates[b])
+                wanted = evade(values, at, i, seat, open_m, of_vehicle(bumpers_m, i - 1), w, gaps[b], rates[b])
                 orders[b, 2 * i] = len(CONTROLLERS) + nearest(levels_mps2, wanted)
             elif i < seat:
-                opening = (gaps[b, i] - bumpers_m) / CLOSED_S + rates[b, i]
+                opening = (gaps[b, i] - of_vehicle(bumpers_m, i)) / CLOSED_S + rates[b, i]
                 if returning and i == seat - 1 and late_m < 0.0 and opening > OPENING_MPS:
                     wanted = go_back(values, at, i, missing_m)
                     orders[b, 2 * i] = len(CONTROLLERS) + nearest(levels_mps2, wanted)

@@ -47,12 +47,15 @@ class Block(NamedTuple):
 
 
 class Plants(NamedTuple):
-    """What the episodes have drawn (`state.Drawn`) and every integration step needs, each (W,)."""
+    """What the episodes have drawn and every integration step needs: of vehicles (m, W), see `State`, else (W,)."""
 
-    attacker: IntArray
     drive_mps2: FloatArray
-    attacker_drive_mps2: FloatArray
     drag_per_s: FloatArray
+    length_m: FloatArray
+    proportional_gain: FloatArray
+    derivative_gain: FloatArray
+    attacker: IntArray
+    attacker_drive_mps2: FloatArray
     reference_start_m: FloatArray
     reference_speed_mps: FloatArray
     onset_step: IntArray
@@ -90,13 +93,17 @@ def make_block(n: int) -> Block:
 
 
 @inlined
-def make_plants() -> Plants:
-    """Plants of `WIDTH` lanes."""
+def make_plants(m: int) -> Plants:
+    """Plants of `WIDTH` lanes with m vehicles that differ."""
+    bodies = (m, WIDTH)
     return Plants(
+        drive_mps2=np.empty(bodies),
+        drag_per_s=np.empty(bodies),
+        length_m=np.empty(bodies),
+        proportional_gain=np.empty(bodies),
+        derivative_gain=np.empty(bodies),
         attacker=np.empty(WIDTH, np.int64),
-        drive_mps2=np.empty(WIDTH),
         attacker_drive_mps2=np.empty(WIDTH),
-        drag_per_s=np.empty(WIDTH),
         reference_start_m=np.empty(WIDTH),
         reference_speed_mps=np.empty(WIDTH),
         onset_step=np.empty(WIDTH, np.int64),
@@ -118,8 +125,12 @@ def load(block: Block, plants: Plants, state: State, drawn: Array, b: int, k: in
     block.step[k], block.held_effort[k] = state.step[b], state.held_effort[b]
     c = unpack(Drawn, drawn, b)
     plants.attacker[k], plants.onset_step[k] = c.attacker, c.onset_step
-    plants.drive_mps2[k], plants.attacker_drive_mps2[k] = c.drive_mps2, c.attacker_drive_mps2
-    plants.drag_per_s[k] = c.drag_per_s
+    plants.attacker_drive_mps2[k] = c.attacker_drive_mps2
+    for j in range(state.length_m.shape[1]):
+        plants.drive_mps2[j, k], plants.drag_per_s[j, k] = state.drive_mps2[b, j], state.drag_per_s[b, j]
+        plants.length_m[j, k] = state.length_m[b, j]
+        plants.proportional_gain[j, k] = state.proportional_gain[b, j]
+        plants.derivative_gain[j, k] = state.derivative_gain[b, j]
     plants.reference_start_m[k], plants.reference_speed_mps[k] = c.reference_start_m, c.reference_speed_mps
 
 
@@ -157,4 +168,9 @@ def lane(block: Block, state: State, b: int, k: int, n: int) -> State:
         armed=borrowed(block.armed)[: n - 1, k],
         step=borrowed(block.step)[k : k + 1],
         held_effort=borrowed(block.held_effort)[k : k + 1],
+        drive_mps2=kept.drive_mps2,
+        drag_per_s=kept.drag_per_s,
+        length_m=kept.length_m,
+        proportional_gain=kept.proportional_gain,
+        derivative_gain=kept.derivative_gain,
     )

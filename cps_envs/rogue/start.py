@@ -8,11 +8,12 @@ import numpy as np
 
 from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, pack, unpack, view
 from cps_envs.core.compute.streams import draw_word, fill_uniform, uniform, whole
+from cps_envs.core.declare.bodies import names_each, spans
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray
-from cps_envs.rogue.config import RogueConfig
+from cps_envs.rogue.config import OF_VEHICLES, RogueConfig
 from cps_envs.rogue.payoff import measure
-from cps_envs.rogue.state import NEVER, Drawn, Rules, State, platoon
+from cps_envs.rogue.state import NEVER, Drawn, Rules, State, of_vehicle, platoon
 
 
 class Uniform(NamedTuple):
@@ -48,6 +49,24 @@ def ranges_of(config: RogueConfig) -> Array:
     return np.concatenate([low, width])
 
 
+class Builds(NamedTuple):
+    """Drive, drag, length and gains of the vehicles, in the order of `config.OF_VEHICLES`; m of them differ."""
+
+    low: FloatArray  # (5, m)
+    width: FloatArray  # (5, m) of the intervals that are drawn from; nothing is drawn where it is 0
+    each: BoolArray  # (5,) whether every vehicle has its own; else all have the first
+
+
+def builds_of(config: RogueConfig) -> Builds:
+    """How the vehicles of a configuration may differ; a common drive or drag is drawn with `Uniform`."""
+    values, shape = [getattr(config, name) for name in OF_VEHICLES], (len(OF_VEHICLES), config.num_bodies)
+    low, width = np.zeros(shape), np.zeros(shape)
+    for q, value in enumerate(values):
+        ends = spans(value)
+        low[q], width[q] = ends[0], ends[1] - ends[0]
+    return Builds(low, width, np.array([names_each(value) for value in values]))
+
+
 @kernel
 def start_episodes(
     state: State,
@@ -57,6 +76,7 @@ def start_episodes(
     envs: BoolArray,
     chances: Array,
     ranges: Array,
+    builds: Builds,
     rules: Array,
 ) -> None:
     """Put the marked environments (B,) at time 0 in steady state, perturbed, with everything counted at zero.
@@ -73,7 +93,6 @@ def start_episodes(
             draw_platoon(stream, own, chance, most)
             share = draw_shares(stream)
             own.drive_mps2 = low.drive_mps2 + width.drive_mps2 * share.drive_mps2
-            own.attacker_drive_mps2 = (low.power_ratio + width.power_ratio * share.power_ratio) * own.drive_mps2
             own.drag_per_s = low.drag_per_s + width.drag_per_s * share.drag_per_s
             own.reference_speed_mps = low.reference_speed_mps + width.reference_speed_mps * share.reference_speed_mps
             own.noise_seed = np.int64(draw_word(stream))
@@ -84,9 +103,38 @@ def start_episodes(
             own.onset_step = onset_step if attacked else NEVER
             clear(view(state, b), score)
             episode = platoon(state, b, own.num_vehicles)
+            build(stream, episode, own, builds)
+            own.attacker_drive_mps2 = (low.power_ratio + width.power_ratio * share.power_ratio) * own.drive_mps2
             place(episode, borrowed(spacing), borrowed(speed), own.reference_speed_mps, r)
             own.reference_start_m = episode.position[-1]
             measure(episode, score, unpack(Drawn, drawn, b), r)
+
+
+@inlined
+def build(stream: Array, episode: State, drawn: Record, builds: Builds) -> None:
+    """Draw the vehicles, whose common drive and drag are drawn already; note those of the seized one."""
+    vehicles = (
+        episode.drive_mps2,
+        episode.drag_per_s,
+        episode.length_m,
+        episode.proportional_gain,
+        episode.derivative_gain,
+    )
+    for q in range(len(vehicles)):
+        common = drawn.drive_mps2 if q == 0 else drawn.drag_per_s
+        if q > 1:
+            common = builds.low[q, 0]
+            if not builds.each[q] and builds.width[q, 0] > 0.0:
+                common += builds.width[q, 0] * uniform(stream)
+        for i in range(vehicles[q].size):
+            value = common
+            if builds.each[q]:
+                value = builds.low[q, i]
+                if builds.width[q, i] > 0.0:
+                    value += builds.width[q, i] * uniform(stream)
+            vehicles[q][i] = value
+    drawn.drive_mps2 = of_vehicle(episode.drive_mps2, drawn.attacker)
+    drawn.drag_per_s = of_vehicle(episode.drag_per_s, drawn.attacker)
 
 
 @inlined

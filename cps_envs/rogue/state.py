@@ -32,15 +32,20 @@ class State(NamedTuple):
     armed: BoolArray  # (B, n - 1) a contact would count as a new one
     step: IntArray  # (B,) integration steps done; the time is step * dt
     held_effort: FloatArray  # (B,) that the attacker decided last
+    drive_mps2: FloatArray  # (B, m) alpha of each vehicle; m is n, or 1 where all are alike
+    drag_per_s: FloatArray  # (B, m) beta
+    length_m: FloatArray  # (B, m) l
+    proportional_gain: FloatArray  # (B, m) k_p, 1/s2
+    derivative_gain: FloatArray  # (B, m) k_d, 1/s
 
 
 class Drawn(NamedTuple):
     """What an episode draws at its start."""
 
     attacker: int  # the seized vehicle, 0 = rear
-    drive_mps2: float  # alpha
-    attacker_drive_mps2: float  # alpha of the seized vehicle
-    drag_per_s: float  # beta
+    drive_mps2: float  # alpha of the seized vehicle's engine as it was built
+    attacker_drive_mps2: float  # alpha that the attacker gets out of it
+    drag_per_s: float  # beta of the seized vehicle
     reference_speed_mps: float  # v_ref
     reference_start_m: float  # x_ref at time 0
     onset_step: int  # integration step from which on the attacker drives; `NEVER` in an episode without an attack
@@ -58,9 +63,6 @@ class Rules(NamedTuple):
     min_effort: float  # F-
     max_effort: float  # F+
     separation_m: float  # sigma, between centres
-    vehicle_length_m: float  # l
-    proportional_gain: float  # k_p, 1/s2
-    derivative_gain: float  # k_d, 1/s
     surface_slope_per_s: float  # k_1
     boundary_layer_mps: float  # epsilon
     surface_gain_mps2: float  # 2 k_1 v_max
@@ -111,12 +113,29 @@ def platoon(state: State, b: int, num_vehicles: int) -> State:
         armed=episode.armed[: n - 1],
         step=episode.step,
         held_effort=episode.held_effort,
+        drive_mps2=episode.drive_mps2,
+        drag_per_s=episode.drag_per_s,
+        length_m=episode.length_m,
+        proportional_gain=episode.proportional_gain,
+        derivative_gain=episode.derivative_gain,
     )
 
 
-def allocate(num_envs: int, num_vehicles: int) -> State:
+@inlined
+def of_vehicle(values: FloatArray, i: int) -> float:
+    """The value (m,) of vehicle `i`, which is that of all where all are alike."""
+    return float(values[min(i, values.size - 1)])
+
+
+@inlined
+def touching_m(episode: State, i: int) -> float:
+    """Between the centres of pair `i` in contact, m."""
+    return 0.5 * (of_vehicle(episode.length_m, i) + of_vehicle(episode.length_m, i + 1))
+
+
+def allocate(num_envs: int, num_vehicles: int, num_bodies: int = 1) -> State:
     """A state with everything zero; `start.start_episodes` fills it."""
-    vehicles, pairs = (num_envs, num_vehicles), (num_envs, num_vehicles - 1)
+    vehicles, pairs, bodies = (num_envs, num_vehicles), (num_envs, num_vehicles - 1), (num_envs, num_bodies)
     return State(
         position=np.zeros(vehicles),
         speed=np.zeros(vehicles),
@@ -132,6 +151,11 @@ def allocate(num_envs: int, num_vehicles: int) -> State:
         armed=np.zeros(pairs, np.bool_),
         step=np.zeros(num_envs, np.int64),
         held_effort=np.zeros(num_envs),
+        drive_mps2=np.zeros(bodies),
+        drag_per_s=np.zeros(bodies),
+        length_m=np.zeros(bodies),
+        proportional_gain=np.zeros(bodies),
+        derivative_gain=np.zeros(bodies),
     )
 
 

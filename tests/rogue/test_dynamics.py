@@ -130,6 +130,7 @@ def bump(
     """Vehicles 1 and 2 of an episode, `gap_m` between bumpers, after `times` accounts of contact."""
     r = unpack(Rules, rules_of(ROGUE.config("paper", {"contact": contact})), 0)
     episode, scores = view(allocate(1, 2), 0), records(Metrics, 1)
+    episode.length_m[:] = 4.5
     episode.position[:], episode.speed[:], episode.armed[:] = (0.0, 4.5 + gap_m), (rear_mps, front_mps), armed
     scores["first_collision_s"] = -1.0
     for _ in range(times):

@@ -9,7 +9,7 @@ import pytest
 
 from cps_baselines.rogue.monitor import NOBODY, Monitor, strength
 from cps_envs.core.types import Array
-from cps_envs.rogue.actions import Engine
+from cps_envs.rogue.actions import Body
 from tests.episodes import noted
 from tests.rogue.test_contested import play, spec_of, watched
 
@@ -57,7 +57,7 @@ def test_the_monitor_tells_a_strong_engine_from_an_intact_one(ratio: float, shar
 
 
 def test_strength_is_what_lies_beyond_full_effort_on_the_nearer_side() -> None:
-    engine = Engine(5.0, 0.1, -1.0, 1.0)
+    engine = Body(5.0, 0.1, 4.5, 1.0, 3.0, -1.0, 1.0)
     assert strength(20.0, 4.0, engine) == pytest.approx(1.0)  # full driving reaches 5 - 2
     assert strength(20.0, -8.5, engine) == pytest.approx(1.5)  # full braking reaches -5 - 2
     assert strength(20.0, 0.0, engine) == pytest.approx(-3.0)

@@ -28,8 +28,9 @@ def paid(speed_mps: float, times: int, preset: str = "learning") -> float:
     """The damage of so many impacts of one speed, between which the pair parts."""
     r = unpack(Rules, rules_of(ROGUE.config(preset, {})), 0)
     pair, score = view(allocate(1, 2), 0), records(Metrics, 1).view(np.recarray)[0]
+    pair.length_m[:] = 4.5
     for _ in range(times):
-        pair.position[:], pair.speed[:], pair.armed[:] = (0.0, r.vehicle_length_m - 0.01), (25 + speed_mps, 25), True
+        pair.position[:], pair.speed[:], pair.armed[:] = (0.0, 4.49), (25 + speed_mps, 25), True
         touch(pair, 0, score, r)
     assert pair.collisions[0] == times
     return float(pair.damage[0])

@@ -34,7 +34,7 @@ def test_the_attacker_stays_where_it_is_and_gaps_are_to_scale() -> None:
         road = lay_out(scene, ROAD)
         assert road.centre[2] == pytest.approx(ROAD[0] + ROAD[2] / 2)
         np.testing.assert_allclose(np.diff(road.centre), np.diff(scene.position) * road.scale)
-        assert road.car[0] == pytest.approx(scene.config.vehicle_length_m * road.scale, abs=0.5)
+        assert road.cars[0][0] == pytest.approx(scene.config.vehicle_length_m * road.scale, abs=0.5)
     assert lay_out(START, ROAD).reference == pytest.approx(lay_out(START, ROAD).centre[-1])
 
 
@@ -44,7 +44,7 @@ def test_the_platoon_in_steady_state_is_in_sight(num_vehicles: int, seized: int)
     config = replace(CONFIG, num_vehicles=num_vehicles, attacker_index=seized + 1, dt_s=0.0005)
     scene = opened(config).scene(0)
     road = lay_out(scene, ROAD)
-    assert [road.sight(float(x)) for x in road.centre] == [0] * num_vehicles
+    assert all(road.sees(vehicle) for vehicle in range(num_vehicles))
     assert window_m(scene)[0] > scene.position[-1] - scene.position[0]
 
 
@@ -54,7 +54,8 @@ def test_out_of_sight_vehicles_are_named_or_counted() -> None:
     assert named([4, 5, 6, 7, 8, 9], 9) == "5 vehicles"
     assert named([4, 5, 6, 7, 8], 9) == "5 vehicles"
     behind = replace(UNDER_WAY, position=bumped(UNDER_WAY.position, 0, -300.0))
-    assert lay_out(behind, ROAD).sight(float(lay_out(behind, ROAD).centre[0])) == -1
+    assert not lay_out(behind, ROAD).sees(0)
+    assert lay_out(behind, ROAD).sight(float(lay_out(behind, ROAD).centre[0]), 10) == -1
 
 
 def test_markings_stay_on_the_road() -> None:
@@ -146,3 +147,13 @@ def test_a_picture_of_a_late_moment_shows_what_led_to_it(tmp_path: Path) -> None
         drive(game, 0.0, CONTROLLERS.index("linear"))
     shown = imageio.imread(target)
     assert np.array_equal(shown, viewer.frame(game.scene(0)))
+
+
+def test_a_truck_is_drawn_as_long_as_it_is() -> None:
+    config = replace(CONFIG, vehicle_length_m=(4.5, 16.5, 4.5, 4.5, 4.5), separation_m=20.0)
+    scene = opened(config).scene(0)
+    road = lay_out(scene, ROAD)
+    lengths = [car[0] for car in road.cars]
+    assert lengths == pytest.approx(np.array([4.5, 16.5, 4.5, 4.5, 4.5]) * road.scale, abs=0.5)
+    assert len({car[1] for car in road.cars}) == 1
+    assert scene.gap == pytest.approx([9.5, 9.5, 15.5, 15.5])

@@ -12,13 +12,13 @@ import numpy as np
 from cps_baselines.family import as_records
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.controllers import require_modes
-from cps_envs.core.compute.kernels import Record, clip, inlined, kernel, pack, unpack
+from cps_envs.core.compute.kernels import Record, clip, inlined, kernel, unpack
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.adapter import advises
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, Observation, State
-from cps_envs.rogue.actions import Engine, engine_of
+from cps_envs.rogue.actions import bodies_of, body_of
 from cps_envs.rogue.obedience import disobedience, strength
 from cps_envs.rogue.reading import commanded, read, vehicles
 from cps_envs.rogue.state import Rules, rules_of
@@ -148,7 +148,7 @@ class Monitor(AnalyticPolicy):
         suspicion = (margin_mps, slack_mps2, threshold_mps, ceiling_mps, strong_mps2)
         knobs = (spec.decision_interval_s, *suspicion, near_m, near_strong_m, horizon_s)
         self._knobs = as_records(Knobs, np.transpose(np.broadcast_arrays(*map(np.atleast_1d, knobs))))
-        self._rules, self._engine = rules_of(spec.config), pack(engine_of(spec.config))
+        self._rules, self._bodies = rules_of(spec.config), bodies_of(spec.config)
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The sums (B, n) in m/s, the suspects (B,), nobody at first, their strengths (B,) in m/s2, and `commanded`."""
@@ -160,7 +160,7 @@ class Monitor(AnalyticPolicy):
         sums, suspects, strengths = (part.copy() for part in state[:3])
         actions = np.zeros((len(seen), 2 * sums.shape[1]), np.int64)
         given = (seen.observation, seen.fields.offsets, seen.fields.scale, state[3], self._knobs)
-        _watch(*given, self._rules, self._engine, self.divisions, sums, suspects, strengths, actions)
+        _watch(*given, self._rules, self._bodies, self.divisions, sums, suspects, strengths, actions)
         return actions, (sums, suspects, strengths, np.full(sums.shape, np.nan))
 
     def told(self, orders: IntArray, state: State) -> State:
@@ -180,7 +180,7 @@ def _watch(
     commanded_mps2: FloatArray,
     knobs: Array,
     rules: Array,
-    engine: Array,
+    bodies: Array,
     divisions: tuple[Division, Division],
     sums: FloatArray,
     suspects: IntArray,
@@ -192,13 +192,13 @@ def _watch(
     Accelerations (B, n) were commanded, NaN where a vehicle drives by a law.
     """
     weak, strong = divisions
-    at, r, e, values = offsets[0], unpack(Rules, rules, 0), unpack(Engine, engine, 0), np.empty(observation.shape[1])
+    at, r, values = offsets[0], unpack(Rules, rules, 0), np.empty(observation.shape[1])
     for b in range(suspects.size):
         for entry in range(values.size):
             values[entry] = read(observation, scale, b, entry)
         count, loudest, k = vehicles(values, at, sums.shape[1]), 0, unpack(Knobs, knobs, b % knobs.size)
         for i in range(count):
-            excess = disobedience(values, at, i, count, commanded_mps2[b, i], k.margin_mps, r, e) - k.slack_mps2
+            excess = disobedience(values, at, i, count, commanded_mps2[b, i], k.margin_mps, r, bodies) - k.slack_mps2
             sums[b, i] = clip(sums[b, i] + k.period_s * excess, 0.0, k.ceiling_mps)
             loudest = i if sums[b, i] > sums[b, loudest] else loudest
         before = suspects[b]
@@ -209,7 +209,7 @@ def _watch(
         if suspects[b] == NOBODY or suspects[b] != before:
             strengths[b] = 0.0
         elif strengths[b] <= k.strong_mps2:  # a strong one stays strong
-            beyond = strength(values[at.speed + before], values[at.acceleration + before], e)
+            beyond = strength(values[at.speed + before], values[at.acceleration + before], body_of(bodies, before))
             strengths[b] += k.period_s / MEMORY_S * (beyond - strengths[b])
         if strengths[b] > k.strong_mps2:
             laws = Division(strong.before, strong.apart, strong.evade, k.near_strong_m, k.horizon_s)

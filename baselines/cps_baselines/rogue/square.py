@@ -12,7 +12,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, State
-from cps_envs.rogue.actions import Engine, action_for, engine_of
+from cps_envs.rogue.actions import action_for, bodies_of, body_of
 from cps_envs.rogue.reading import read
 
 LONG_DUTY = 0.85  # chosen: drag does not stop the vehicle in the long run, which half the time at F+ lets it do
@@ -41,7 +41,7 @@ class SquareWave(AnalyticPolicy):
             raise ConfigurationError(
                 f"a square wave needs frequency_hz > 0 and 0 < duty <= 1; got {frequency_hz} and {duty}"
             )
-        self._engine = pack(engine_of(spec.config))
+        self._bodies = bodies_of(spec.config)
         self._times = pack(Times(spec.config.duration_s, spec.decision_interval_s))
 
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
@@ -49,7 +49,7 @@ class SquareWave(AnalyticPolicy):
         actions, onset_s = np.empty((len(seen), 1)), np.empty(len(seen))
         start, known_s = (seen.start, state[0]) if state else (np.ones(len(seen), np.bool_), onset_s)
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale, start, known_s)
-        _wave(*shown, self.frequency_hz, self.duty, self._times, self._engine, onset_s, actions)
+        _wave(*shown, self.frequency_hz, self.duty, self._times, self._bodies, onset_s, actions)
         return actions, (onset_s,)
 
 
@@ -63,13 +63,14 @@ def _wave(
     frequencies_hz: FloatArray,
     duties: FloatArray,
     times: Array,
-    engine: Array,
+    bodies: Array,
     onset_s: FloatArray,
     actions: FloatArray,
 ) -> None:
     """Fill the onsets (B,) and the actions (B, 1); those of the last decision are `known_s`."""
-    at, t, e = offsets[0], unpack(Times, times, 0), unpack(Engine, engine, 0)
+    at, t = offsets[0], unpack(Times, times, 0)
     for b in range(start.size):
+        e = body_of(bodies, int(read(observation, scale, b, at.attacker_index) - 0.5))
         left_s = read(observation, scale, b, at.time_left_s)
         begin_s = np.rint((t.duration_s - left_s) / t.hold_s) * t.hold_s
         onset_s[b] = begin_s + read(observation, scale, b, at.until_onset_s) if start[b] else known_s[b]

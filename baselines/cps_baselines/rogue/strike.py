@@ -12,7 +12,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Observation, State
-from cps_envs.rogue.actions import Engine, action_for, engine_of
+from cps_envs.rogue.actions import action_for, bodies_of, body_of
 from cps_envs.rogue.reading import read
 
 NEVER_AGAIN = 0.0  # the period of a strike that comes once
@@ -33,14 +33,14 @@ class Striking(AnalyticPolicy):
 
     def __init__(self, spec: RoleSpec, pattern: Pattern) -> None:
         super().__init__(spec)
-        self._pattern, self._engine = pack(pattern), pack(engine_of(spec.config))
+        self._pattern, self._bodies = pack(pattern), bodies_of(spec.config)
 
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
         since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
         actions = np.empty((len(seen), 1))
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _strike(*shown, since_s + 0.5 * self.spec.decision_interval_s, self._pattern, self._engine, actions)
+        _strike(*shown, since_s + 0.5 * self.spec.decision_interval_s, self._pattern, self._bodies, actions)
         return actions, (onset_s,)
 
 
@@ -63,8 +63,7 @@ class Strike(Striking):
             )
         config = spec.config
         effort = config.max_effort * effort if effort > 0 else -config.min_effort * effort
-        gains = (config.proportional_gain, config.derivative_gain)
-        super().__init__(spec, Pattern(strike_s, period_s, effort, *gains))
+        super().__init__(spec, Pattern(strike_s, period_s, effort, np.nan, np.nan))
 
 
 @kernel
@@ -74,14 +73,17 @@ def _strike(
     scale: FloatArray,
     since_s: FloatArray,
     pattern: Array,
-    engine: Array,
+    bodies: Array,
     actions: FloatArray,
 ) -> None:
     """Fill the actions (B, 1) of times `since_s` (B,) after the onset."""
-    at, p, e = offsets[0], unpack(Pattern, pattern, 0), unpack(Engine, engine, 0)
+    at, p = offsets[0], unpack(Pattern, pattern, 0)
     for b in range(since_s.size):
+        e = body_of(bodies, int(read(observation, scale, b, at.attacker_index) - 0.5))
         speed, ratio = read(observation, scale, b, at.speed), read(observation, scale, b, at.power_ratio)
-        effort = linear_effort(observation, scale, b, at, (p.proportional_per_s2, p.derivative_per_s), e)
+        proportional = e.proportional_gain if np.isnan(p.proportional_per_s2) else p.proportional_per_s2
+        derivative = e.derivative_gain if np.isnan(p.derivative_per_s) else p.derivative_per_s
+        effort = linear_effort(observation, scale, b, at, (proportional, derivative), e)
         if (since_s[b] % p.period_s if p.period_s > NEVER_AGAIN else since_s[b]) < p.strike_s:
             effort = p.effort
         actions[b, 0] = action_for(effort, speed, ratio, e)

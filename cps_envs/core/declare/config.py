@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from cps_envs.core.declare.bodies import names_each
 from cps_envs.core.declare.series import Series, series_of
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, near, shown
 from cps_envs.core.types import ROLES, FloatArray, Role
@@ -17,6 +18,7 @@ from cps_envs.core.types import ROLES, FloatArray, Role
 Range = float | tuple[float, float]  # an exact value, or the bounds of a uniform draw at each reset
 IntRange = int | tuple[int, int]
 Bodies = float | tuple[float, ...]  # of all bodies, or one value for each
+RangedBodies = Range | tuple[Range, ...]  # the same, each a value or the bounds of a draw; see `bodies`
 OverTime = float | tuple[float, ...] | Series  # of all bodies, one value for each, or a series
 TRACES = "traces"  # the argument that fills fields from a file
 Config = TypeVar("Config")
@@ -40,9 +42,10 @@ def quantity(
     A `ranged` field takes either one value or a pair (low, high) from which each reset draws uniformly. A field
     annotated `tuple[int, ...]`, `tuple[float, ...]` or, with choices, `tuple[str, ...]` takes any number of entries,
     each of which obeys the bounds or is one of the choices. With `bodies`, such as "zone", a field takes one value for
-    all of them, or a tuple with one for each, which the configuration counts. With `series`, a rule of `series.RULES`,
-    it takes a `Series` too, which is resampled by that rule; a default () leaves it out. `form` names the roles of
-    which the field says how they see and act, and not what happens: a trained policy brings its own value along.
+    all of them, or a tuple with one for each, which the configuration counts; of a ranged one each may be a pair. With
+    `series`, a rule of `series.RULES`, it takes a `Series` too, which is resampled by that rule; a default () leaves it
+    out. `form` names the roles of which the field says how they see and act, and not what happens: a trained policy
+    brings its own value along.
     """
     metadata = {"unit": unit, "low": low, "high": high, "source": source, "choices": tuple(choices), "ranged": ranged}
     metadata |= {"bodies": bodies, "series": series, "form": tuple(form)}
@@ -97,16 +100,20 @@ def check_bodies(config: Any, counts: Mapping[str, int]) -> None:
         if word := field.metadata.get("bodies"):
             value = getattr(config, field.name)
             given = value.width if isinstance(value, Series) else len(value) if isinstance(value, tuple) else 1
-            pair = field.metadata["ranged"] and isinstance(value, tuple) and given == 2
-            if given not in (1, counts[word]) and not pair:
+            ranged = field.metadata["ranged"]
+            if given not in (1, counts[word]) and not (ranged and given > 1 and not names_each(value)):
+                pairs = "; two numbers are a draw, so that two are written as ((a, a), (b, b))" if ranged else ""
                 raise ConfigurationError(
-                    f"{field.name} has {given} values for {counts[word]} {word}s; give one for all, or one for each."
+                    f"{field.name} has {given} values for {counts[word]} {word}s; give one for all, or one for each{pairs}."
                 )
 
 
-def bounds(value: Range) -> tuple[float, float]:
-    """The interval that a ranged quantity is drawn from; both ends equal where it is exact."""
-    return value if isinstance(value, tuple) else (value, value)
+def bounds(value: Any) -> tuple[float, float]:
+    """The interval that a ranged quantity is drawn from, of all bodies together; both ends equal where it is exact."""
+    if not isinstance(value, tuple):
+        return value, value
+    ends = [bounds(part) for part in value]
+    return min(low for low, _ in ends), max(high for _, high in ends)
 
 
 def is_multiple(whole: float, part: float) -> bool:
@@ -178,6 +185,9 @@ def validate(config: Any) -> None:
             _check_bool(field.name, value)
         elif isinstance(field.default, str):
             _check_text(field.name, value)
+        elif field.metadata["bodies"] and field.metadata["ranged"] and names_each(value):
+            for part in value or ((),):
+                _check_number(field, part)
         else:
             _check_number(field, value)
 
@@ -231,7 +241,7 @@ def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
         if value == () == field.default:
             return None
     pair = rule["ranged"] and isinstance(value, tuple) and len(value) == 2
-    several = bool(rule["bodies"]) and isinstance(value, tuple) and len(value) > 0
+    several = bool(rule["bodies"]) and not rule["ranged"] and isinstance(value, tuple) and len(value) > 0
     parts = value if pair or listed or several else (value,)
     if (listed and not isinstance(value, tuple)) or not all(_is_number(part, integral) for part in parts):
         raise ConfigurationError(f"{field.name} = {shown(value)} must be {_kind(field, integral)} in {rule['unit']}.")

@@ -34,17 +34,26 @@ class RoadWindow:
     begin_m: float  # position of the left end
     centre: FloatArray  # (n,) x of the vehicles' middles
     reference: float  # x of where the leader's middle ought to be
-    car: tuple[int, int]  # size of a vehicle
+    cars: tuple[tuple[int, int], ...]  # (n,) size of each vehicle
+
+    @property
+    def height(self) -> int:
+        """Of all vehicles, pixels."""
+        return self.cars[0][1]
 
     @property
     def middle(self) -> float:
         """Height of the middle of the lane."""
         return self.lane[1] + self.lane[3] / 2
 
-    def sight(self, x: float) -> int:
-        """0 if a vehicle whose middle is at x can be seen, -1 if it is out of sight behind, 1 ahead."""
+    def sight(self, x: float, length: int) -> int:
+        """0 if a vehicle of a length whose middle is at x can be seen, -1 if it is out of sight behind, 1 ahead."""
         left, _, width, _ = self.lane
-        return int(x > left + width + self.car[0] / 2) - int(x < left - self.car[0] / 2)
+        return int(x > left + width + length / 2) - int(x < left - length / 2)
+
+    def sees(self, vehicle: int) -> bool:
+        """Whether a vehicle is in sight."""
+        return self.sight(float(self.centre[vehicle]), self.cars[vehicle][0]) == 0
 
 
 def window_m(scene: Scene) -> tuple[float, float]:
@@ -59,10 +68,11 @@ def lay_out(scene: Scene, box: Box) -> RoadWindow:
     length_m, behind_m = window_m(scene)
     scale, begin_m = width / length_m, float(scene.position[scene.attacker]) - behind_m
     lane = (left, top, width, height - LABELS)
-    length = max(round(scene.config.vehicle_length_m * scale), SHORTEST)
-    car = (length, min(max(round(SHAPE * length), NARROWEST), round(0.45 * lane[3])))
+    lengths = [max(round(length * scale), SHORTEST) for length in scene.length.tolist()]
+    height = min(max(round(SHAPE * min(lengths)), NARROWEST), round(0.45 * lane[3]))  # a truck is longer, not wider
+    cars = tuple((length, height) for length in lengths)
     centre = left + (scene.position - begin_m) * scale
-    return RoadWindow(scene, lane, scale, begin_m, centre, left + (scene.reference_m - begin_m) * scale, car)
+    return RoadWindow(scene, lane, scale, begin_m, centre, left + (scene.reference_m - begin_m) * scale, cars)
 
 
 def draw_road(canvas: Canvas, scene: Scene, struck: BoolArray, box: Box) -> None:
@@ -70,26 +80,26 @@ def draw_road(canvas: Canvas, scene: Scene, struck: BoolArray, box: Box) -> None
     road = lay_out(scene, box)
     draw_lane(canvas, road.lane, road.scale, road.begin_m, thick=2)
     with canvas.within(road.lane):
-        frame = (road.car[0] + 8, road.car[1] + 8)
+        frame = (road.cars[-1][0] + 8, road.height + 8)  # of the leader
         draw_ghost(canvas, (road.reference - frame[0] / 2, road.middle - frame[1] / 2), frame, MARKING)
         for vehicle in range(len(road.centre)):
             draw_links(canvas, road, vehicle)
         draw_vehicles(canvas, road)
         for pair in np.flatnonzero(struck).tolist():
-            at = (float(road.centre[pair : pair + 2].mean()), road.middle + road.car[1] / 2 + 5)
-            draw_burst(canvas, at, DAMAGE, WHITE, BURST if road.car[1] >= SMALLEST_RIMMED else SMALL_BURST)
+            at = (float(road.centre[pair : pair + 2].mean()), road.middle + road.height / 2 + 5)
+            draw_burst(canvas, at, DAMAGE, WHITE, BURST if road.height >= SMALLEST_RIMMED else SMALL_BURST)
     draw_out_of_sight(canvas, road)
     draw_labels(canvas, road)
 
 
 def draw_links(canvas: Canvas, road: RoadWindow, vehicle: int) -> None:
     """A line from a vehicle to each neighbour that its law looks to: forwards the upper one, backwards the lower."""
-    scene, apart = road.scene, max(road.car[1] * 0.2, 2.0)
+    scene, apart = road.scene, max(road.height * 0.2, 2.0)
     for side in SIDES.get(scene.law[vehicle], ()):
         if not 0 <= vehicle + side < len(road.centre):
             continue
-        begin = float(road.centre[vehicle]) + side * road.car[0] / 2
-        end = float(road.centre[vehicle + side]) - side * road.car[0] / 2
+        begin = float(road.centre[vehicle]) + side * road.cars[vehicle][0] / 2
+        end = float(road.centre[vehicle + side]) - side * road.cars[vehicle + side][0] / 2
         left, right = max(min(begin, end), road.lane[0]), min(max(begin, end), road.lane[0] + road.lane[2])
         if (end - begin) * side > 1 and right > left:
             canvas.box((left, round(road.middle - side * apart) - 1, right - left, 2), LAW_COLORS[scene.law[vehicle]])
@@ -97,30 +107,31 @@ def draw_links(canvas: Canvas, road: RoadWindow, vehicle: int) -> None:
 
 def draw_vehicles(canvas: Canvas, road: RoadWindow) -> None:
     """The vehicles in the colours of their laws, the attacker over the others, with brake lights and alarms."""
-    scene, top = road.scene, road.middle - road.car[1] / 2
-    rimmed = road.car[1] >= SMALLEST_RIMMED
+    scene, top = road.scene, road.middle - road.height / 2
+    rimmed = road.height >= SMALLEST_RIMMED
     order = [*np.delete(np.arange(len(road.centre)), scene.attacker).tolist(), scene.attacker]
     for i in order:
-        at = (float(road.centre[i]) - road.car[0] / 2, top)
-        if road.sight(float(road.centre[i])) == 0:
-            draw_car(canvas, at, road.car, LAW_COLORS[scene.law[i]], WHITE if rimmed and i == scene.attacker else None)
-            draw_lights(canvas, road, at, float(scene.acceleration[i]))
-            draw_alarm(canvas, road, float(road.centre[i]), int(scene.alarm[i]))
+        car = road.cars[i]
+        at = (float(road.centre[i]) - car[0] / 2, top)
+        if road.sees(i):
+            draw_car(canvas, at, car, LAW_COLORS[scene.law[i]], WHITE if rimmed and i == scene.attacker else None)
+            draw_lights(canvas, car, at, float(scene.acceleration[i]))
+            draw_alarm(canvas, road, i, int(scene.alarm[i]))
 
 
-def draw_lights(canvas: Canvas, road: RoadWindow, at: Point, acceleration_mps2: float) -> None:
+def draw_lights(canvas: Canvas, car: tuple[int, int], at: Point, acceleration_mps2: float) -> None:
     """Brake lights."""
-    width, height = max(round(0.07 * road.car[0]), 2), max(round(0.24 * road.car[1]), 2)
+    width, height = max(round(0.07 * car[0]), 2), max(round(0.24 * car[1]), 2)
     if acceleration_mps2 < BRAKING_MPS2:
-        for y in (at[1] + 1, at[1] + road.car[1] - 1 - height):
+        for y in (at[1] + 1, at[1] + car[1] - 1 - height):
             canvas.box((round(at[0]), round(y), width, height), BRAKE_LIGHT)
 
 
-def draw_alarm(canvas: Canvas, road: RoadWindow, x: float, side: int) -> None:
+def draw_alarm(canvas: Canvas, road: RoadWindow, vehicle: int, side: int) -> None:
     """A tip above a vehicle that has detected an attack, towards the side on which it has."""
     if side:
-        y, size = road.middle - road.car[1] / 2 - 8, 5
-        tip = x + side * (road.car[0] / 2 + 1)
+        y, size = road.middle - road.height / 2 - 8, 5
+        tip = float(road.centre[vehicle]) + side * (road.cars[vehicle][0] / 2 + 1)
         back = tip - side * 1.7 * size
         canvas.polygon([(tip, y), (back, y - size), (back, y + size)], ALARM)
 
@@ -130,7 +141,8 @@ def draw_out_of_sight(canvas: Canvas, road: RoadWindow) -> None:
     left, top, width, height = road.lane
     y = top + height - 11
     distance = np.append(road.scene.position, road.scene.reference_m) - road.scene.position[road.scene.attacker]
-    sight = [road.sight(x) for x in (*road.centre.tolist(), road.reference)]
+    lengths = [car[0] for car in (*road.cars, road.cars[-1])]
+    sight = [road.sight(x, length) for x, length in zip((*road.centre.tolist(), road.reference), lengths, strict=True)]
     for side in (-1, 1):
         hidden = [i for i, where in enumerate(sight) if where == side]
         if not hidden:
@@ -156,7 +168,7 @@ def draw_labels(canvas: Canvas, road: RoadWindow) -> None:
     """The vehicles' numbers, the attacker's on a badge, and between them the gaps where there is room."""
     left, top, width, height = road.lane
     scene, y, free = road.scene, top + height + 9, -np.inf
-    shown = [i for i in np.argsort(road.centre, kind="stable").tolist() if road.sight(float(road.centre[i])) == 0]
+    shown = [i for i in np.argsort(road.centre, kind="stable").tolist() if road.sees(i)]
     ends: dict[int, tuple[float, float]] = {}
     for i in shown:
         label, seized = str(i + 1), i == scene.attacker

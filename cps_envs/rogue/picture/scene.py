@@ -24,6 +24,7 @@ class Scene:
     onset_s: float  # from when on the attacker drives; inf in an episode without an attack
     effort: float  # of the seized vehicle
     power_ratio: float
+    length: FloatArray  # (n,) m, of the vehicles
     position: FloatArray  # (n,) m, of the centres
     speed: FloatArray  # (n,) m/s
     acceleration: FloatArray  # (n,) m/s2
@@ -40,7 +41,8 @@ class Scene:
     @property
     def gap(self) -> FloatArray:
         """Distances (n - 1,) in m between the bumpers of each pair; below zero they overlap or are in wrong order."""
-        return np.diff(self.position) - self.config.vehicle_length_m
+        gap: FloatArray = np.diff(self.position) - 0.5 * (self.length[1:] + self.length[:-1])
+        return gap
 
     @property
     def blamed(self) -> list[int]:
@@ -50,8 +52,8 @@ class Scene:
 
     @property
     def desired_gap_m(self) -> float:
-        """The gap that belongs to the separation sigma, m."""
-        return self.config.separation_m - self.config.vehicle_length_m
+        """The gap that belongs to the separation sigma, m; where vehicles differ, the smallest."""
+        return float(self.config.separation_m - 0.5 * (self.length[1:] + self.length[:-1]).max())
 
 
 def scene_of(state: State, drawn: Array, b: int, config: RogueConfig, metrics: dict[str, float]) -> Scene:
@@ -69,6 +71,7 @@ def scene_of(state: State, drawn: Array, b: int, config: RogueConfig, metrics: d
         onset_s=c.onset_step * config.dt_s if c.onset_step < NEVER else np.inf,
         effort=float(episode.effort[c.attacker]),
         power_ratio=c.attacker_drive_mps2 / c.drive_mps2,
+        length=np.broadcast_to(episode.length_m, episode.position.shape),
         position=episode.position,
         speed=episode.speed,
         acceleration=episode.acceleration,
