@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from cps_envs.core.compute.kernels import unpack as unpack
     from cps_envs.core.compute.kernels import view as view
     from cps_envs.core.declare import config as config
+    from cps_envs.core.declare.cycles import read_drive_cycle as read_drive_cycle
+    from cps_envs.core.declare.cycles import read_fcd as read_fcd
     from cps_envs.core.declare.fields import Field as Field
     from cps_envs.core.declare.fields import Fields as Fields
     from cps_envs.core.declare.fields import encode_row as encode_row
@@ -53,6 +55,8 @@ HOMES = {  # name -> module, or module:attribute
     "Field": f"{CORE}.declare.fields:Field",
     "Fields": f"{CORE}.declare.fields:Fields",
     "encode_row": f"{CORE}.declare.fields:encode_row",
+    "read_drive_cycle": f"{CORE}.declare.cycles:read_drive_cycle",  # to a series in m/s
+    "read_fcd": f"{CORE}.declare.cycles:read_fcd",  # of SUMO, likewise
     "Series": f"{CORE}.declare.series:Series",  # a quantity over time, in fields that take one
     "Training": f"{CORE}.declare.training:Training",
     "ConfigurationError": f"{CORE}.errors:ConfigurationError",

@@ -220,6 +220,12 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "seats defence": Golden("defender", {"preset": "seats", "opponent": SQUARE}, seed=11),
             "learning attack": Golden("attacker", {"preset": "learning", "opponent": "sliding_detection"}, seed=7),
             "learning defence": Golden("defender", {"preset": "learning", "opponent": SQUARE}, seed=8),
+            "city attack": Golden("attacker", {"preset": "city", "opponent": "sliding_detection"}, seed=12),
+            "trucks in the city": Golden(
+                "defender",
+                {"preset": "city", "opponent": SQUARE, "drive_mps2": [5, [4, 5], 5, 5, 4, 5, 5, 5]},
+                seed=13,
+            ),
             "long platoon": Golden(
                 "attacker",
                 {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},

@@ -9,7 +9,6 @@ from gymnasium import spaces
 
 from cps_envs.core.compute.kernels import clip, inlined, kernel, records, unpack
 from cps_envs.core.declare.bodies import spans
-from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
@@ -63,7 +62,7 @@ def command_limits(config: RogueConfig) -> tuple[float, float]:
 
     Where vehicles differ, of the strongest, so that every one of them can be driven in full.
     """
-    bodies, speed = bodies_of(config), sum(bounds(config.reference_speed_mps)) / 2
+    bodies, speed = bodies_of(config), sum(config.reference_range_mps) / 2
     drag, drive = bodies["drag_per_s"] * speed, bodies["drive_mps2"]
     return float((drag - drive * config.min_effort).max()), float((drive * config.max_effort - drag).max())
 

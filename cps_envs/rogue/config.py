@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from cps_envs.core.declare.bodies import names_each, spans
 from cps_envs.core.declare.config import (
@@ -12,12 +15,18 @@ from cps_envs.core.declare.config import (
     bounds,
     check_bodies,
     is_multiple,
+    over_time,
     quantity,
     validate,
 )
+from cps_envs.core.declare.cycles import shipped_cycle
+from cps_envs.core.declare.series import SPLITS, Series
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.stability import longest_stable_step_s
+
+if TYPE_CHECKING:
+    from cps_envs.core.declare.places import Places
 
 TABLE = "Table 5.1"
 RATIO = f"{TABLE}: alpha_att / alpha is at least 1"
@@ -108,11 +117,17 @@ class RogueConfig:
     range_rate_noise_mps: float = quantity(0.0, unit="m/s", low=0, high=5, source=NOISE)
     speed_noise_mps: float = quantity(0.0, unit="m/s", low=0, high=5, source=f"{NOISE} by the defender")
     acceleration_noise_mps2: float = quantity(0.0, unit="m/s2", low=0, high=5, source=NOISE)
+    leader_speed_mps: float | Series = quantity(
+        0.0, unit="m/s", low=0, high=60, source="chosen: v_ref over time; 0: reference_speed_mps", series="linear"
+    )
+    series_split: str = quantity("seed", choices=SPLITS, source="chosen: which part of the series; seed: by its use")
+    series_block_s: float = quantity(120.0, unit="s", low=1, high=86_400, source="chosen: learnt and judged by turns")
 
     def __post_init__(self) -> None:
         validate(self)
         self._check_times()
         self._check_sizes()
+        self._check_cycle()
         if self.dt_s >= self.stable_below_s:
             raise ConfigurationError(
                 f"dt_s = {self.dt_s}: with {self.max_vehicles} vehicles the sliding mode is stable only below "
@@ -154,10 +169,34 @@ class RogueConfig:
                 f"{self.outer_share} is required."
             )
         top_speed = float((spans(self.drive_mps2)[0] * self.max_effort / spans(self.drag_per_s)[1]).min())
-        if bounds(self.reference_speed_mps)[1] >= top_speed:
+        given = "leader_speed_mps" if self.has_cycle else "reference_speed_mps"
+        if self.reference_range_mps[1] >= top_speed:
             raise ConfigurationError(
-                f"reference_speed_mps = {self.reference_speed_mps} is out of reach: drive and drag allow "
-                f"{top_speed:g} m/s."
+                f"{given} = {getattr(self, given)} is out of reach: drive and drag allow {top_speed:g} m/s."
+            )
+
+    def _check_cycle(self) -> None:
+        if not self.has_cycle:
+            if self.leader_speed_mps != 0:
+                raise ConfigurationError(
+                    f"leader_speed_mps = {self.leader_speed_mps} is one number: give it as reference_speed_mps, or a "
+                    "series here."
+                )
+            return
+        if self.leader_speed_mps.width > 1:  # type: ignore[union-attr]
+            raise ConfigurationError("leader_speed_mps has several columns: give that of the leader alone.")
+        speed = self.leader_mps
+        gained, drive, drag = np.diff(speed) / self.control_period_s, spans(self.drive_mps2)[0], spans(self.drag_per_s)
+        most = (drive * self.max_effort - drag[1] * speed[1:, np.newaxis]).min(axis=1)
+        least = (drive * self.min_effort - drag[0] * speed[1:, np.newaxis]).max(axis=1)
+        wrong = np.flatnonzero((gained > most) | (gained < least))
+        if len(wrong):
+            k = int(wrong[0])
+            time_s = self.places.begin_s + k * self.control_period_s
+            raise ConfigurationError(
+                f"leader_speed_mps changes by {gained[k]:.3g} m/s2 at {time_s:g} s, where some vehicle is capable of "
+                f"{least[k]:.3g} to {most[k]:.3g} m/s2, so that nobody could keep the platoon together: give "
+                "drive_mps2, or max_effort and min_effort, that can follow, or a calmer series."
             )
 
     def _stable_step(self) -> str:
@@ -189,6 +228,42 @@ class RogueConfig:
         return int(bounds(self.num_vehicles)[1])
 
     @property
+    def has_cycle(self) -> bool:
+        """Whether the reference speed is a series."""
+        return isinstance(self.leader_speed_mps, Series)
+
+    @property
+    def places(self) -> Places:
+        """Where in that series episodes may begin, in control periods."""
+        from cps_envs.core.declare.places import place_episodes  # which brings the compiler of kernels along
+
+        series = [self.leader_speed_mps] if isinstance(self.leader_speed_mps, Series) else []
+        return place_episodes(
+            series,
+            step_s=self.control_period_s,
+            steps=round(self.duration_s / self.control_period_s) + 1,
+            every_s=1.0,
+            split=self.series_split,
+            block_s=self.series_block_s,
+        )
+
+    @property
+    def leader_mps(self) -> FloatArray:
+        """The reference speed (K,) over the time of the series, one for each control period; (0,) without one."""
+        if not self.has_cycle:
+            return np.empty(0)
+        places = self.places
+        times_s: FloatArray = places.begin_s + np.arange(places.steps) * self.control_period_s
+        return over_time(self, "leader_speed_mps", times_s, 1)[:, 0].copy()
+
+    @property
+    def reference_range_mps(self) -> tuple[float, float]:
+        """The lowest and the highest reference speed that an episode can have."""
+        if isinstance(self.leader_speed_mps, Series):
+            return float(self.leader_speed_mps.values.min()), float(self.leader_speed_mps.values.max())
+        return bounds(self.reference_speed_mps)
+
+    @property
     def num_bodies(self) -> int:
         """Vehicles that a configuration tells apart: all of the longest platoon, or 1 where all are alike."""
         return self.max_vehicles if any(names_each(getattr(self, name)) for name in OF_VEHICLES) else 1
@@ -196,8 +271,8 @@ class RogueConfig:
     @property
     def pair_length_m(self) -> FloatArray:
         """Between the centres of each pair in contact, at most: (n - 1,), or (1,) where all vehicles are alike."""
-        length = spans(self.vehicle_length_m)[1]
-        return length if length.size == 1 else 0.5 * (length[1:] + length[:-1])
+        length: FloatArray = spans(self.vehicle_length_m)[1]
+        return length if length.size == 1 else np.asarray(0.5 * (length[1:] + length[:-1]))
 
     @property
     def num_intact(self) -> int:
@@ -266,4 +341,12 @@ SEATS = replace(  # section 5.2.3: "at an arbitrary position"; the rest as in `p
     attacker_index=(1, 9),
     dt_s=0.0005,
 )
-PRESETS = {"paper": PAPER, "oscillation": OSCILLATION, "seats": SEATS, "easy": EASY, "learning": LEARNING}
+CITY = replace(LEARNING, leader_speed_mps=shipped_cycle("udds"))  # 23 minutes of stop and go, in blocks of two
+PRESETS = {
+    "paper": PAPER,
+    "oscillation": OSCILLATION,
+    "seats": SEATS,
+    "easy": EASY,
+    "learning": LEARNING,
+    "city": CITY,
+}

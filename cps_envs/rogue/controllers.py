@@ -22,6 +22,7 @@ CONTROLLERS = ("linear", "sliding", "front", "rear", "human", "detecting")  # wh
 DRIVEN = CONTROLLERS[:DETECTING]  # what a vehicle can be seen to drive by
 
 NARROWEST_M = 0.1  # least gap that a human driver reckons with
+SLOWEST_MPS = 0.1  # m/s, that a human driver wants: who is to stand still creeps
 DRIVER_EXPONENT = 4
 RETURN_GAINS = (0.1, 1.0)  # 1/s2, 1/s: of a human leader who drives back to the reference
 RETURN_LIMITS = (-3.0, 2.0)  # m/s2
@@ -74,7 +75,8 @@ def drive_behind(bumpers_m: float, rate: float, speed: float, desired_speed: flo
 @inlined
 def drive_freely(speed: float, desired_speed: float, r: Rules) -> float:
     """The human driver of (2.5) on an empty road, m/s2."""
-    return float(r.driver_acceleration_mps2 * (1.0 - (speed / desired_speed) ** DRIVER_EXPONENT))
+    desired = max(desired_speed, SLOWEST_MPS)
+    return float(r.driver_acceleration_mps2 * (1.0 - (speed / desired) ** DRIVER_EXPONENT))
 
 
 @inlined

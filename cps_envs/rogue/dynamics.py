@@ -41,6 +41,7 @@ def advance_lanes(
     scores: Array,
     rows: IntArray,
     attack: FloatArray,
+    leader_mps: FloatArray,
     periods: int,
     n: int,
     width: int,
@@ -52,6 +53,9 @@ def advance_lanes(
     """
     count = rows.size
     for _ in range(periods):
+        if r.cycles:
+            for k in range(count):
+                steer(block, plants, leader_mps, state.place[rows[k]], k, r)
         for k in range(count):
             hold(block, plants, k, attack[rows[k], 0], r)
         for _ in range(r.steps_per_period):
@@ -69,10 +73,36 @@ def advance_lanes(
                 settle(block, state, scores, rows, n, count, r)
             for k in range(width):
                 block.step[k] += 1
+            if r.cycles:
+                lead(block, plants, width, r)
+        if r.cycles:
+            for k in range(count):
+                own = borrowed(drawn)[rows[k]]
+                own.reference_start_m = plants.reference_start_m[k]
+                own.reference_speed_mps = plants.reference_speed_mps[k]
         for k in range(count):
             c, score = unpack(Drawn, drawn, rows[k]), borrowed(scores)[rows[k]]
             cost = formation_cost(lane(block, state, rows[k], k, n), c, r)
             score.formation_cost_s += cost * r.steps_per_period * r.dt_s
+
+
+@inlined
+def steer(block: Block, plants: Plants, leader_mps: FloatArray, place: int, k: int, r: Rules) -> None:
+    """Have the reference of lane k reach the next sample of the series (K,) at the end of this period."""
+    period = place + block.step[k] // r.steps_per_period
+    reached = leader_mps[min(period + 1, leader_mps.size - 1)]
+    plants.reference_mps2[k] = (reached - plants.reference_speed_mps[k]) / (r.steps_per_period * r.dt_s)
+
+
+@inlined
+def lead(block: Block, plants: Plants, width: int, r: Rules) -> None:
+    """Move the references on by the step that is done, semi-implicitly like the vehicles."""
+    for k in range(width):
+        time_s, speed = block.step[k] * r.dt_s, plants.reference_speed_mps[k]
+        faster = max(0.0, speed + r.dt_s * plants.reference_mps2[k])
+        reference = plants.reference_start_m[k] + speed * (time_s - r.dt_s) + faster * r.dt_s
+        plants.reference_speed_mps[k] = faster
+        plants.reference_start_m[k] = reference - faster * time_s
 
 
 @inlined

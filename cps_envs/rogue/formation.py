@@ -8,6 +8,7 @@ from cps_envs.core.compute.kernels import inlined
 from cps_envs.rogue.state import Drawn, Rules, State
 
 FAR = 10.0  # separations, at which an error counts in full
+SLOW_MPS = 1.0  # speed errors are shares of at least this
 
 
 @inlined
@@ -63,7 +64,7 @@ def scattering(episode: State, c: Drawn, r: Rules) -> float:
     for i in range(leader + 1):
         if i == c.attacker:
             continue
-        speed_errors += min(1.0, abs(episode.speed[i] - wanted) / wanted)
+        speed_errors += min(1.0, abs(episode.speed[i] - wanted) / max(wanted, SLOW_MPS))
         if i < leader and i + 1 != c.attacker:
             gap = episode.position[i + 1] - episode.position[i]
             errors += min(1.0, abs(gap - r.separation_m) / far)

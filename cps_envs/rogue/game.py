@@ -11,6 +11,7 @@ from gymnasium import spaces
 from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, unpack
+from cps_envs.core.declare.places import halves_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -77,6 +78,7 @@ class RogueGame(Game):
         self._limits = command_limits(config)
         self.state: State = allocate(num_envs, config.max_vehicles, config.num_bodies)
         self._builds = hold(builds_of(config))
+        self._places, self._leader_mps = config.places, config.leader_mps
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
         self._held, self._episodes = hold(self.state), np.zeros(num_envs, np.int64)
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
@@ -86,7 +88,8 @@ class RogueGame(Game):
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += 1
-        given = (self._chances, self._ranges, self._builds, self.rules)
+        halves = halves_of(generators, envs) if self.config.has_cycle else self._episodes
+        given = (self._chances, self._ranges, self._builds, self.rules, self._places, halves, self._leader_mps)
         with drawing(generators, np.flatnonzero(envs)) as streams:
             start_episodes(self._held, self.drawn, self._scores, streams, envs, *given)
 
@@ -94,7 +97,7 @@ class RogueGame(Game):
         attack = actions.get("attacker", self._neutral["attacker"])
         ordered = self._moves(actions["defender"]) if "defender" in actions else self._usual
         moves, payoff = (attack, *ordered), np.zeros(self.num_envs)
-        given = (self._held, self.drawn, self.rules, moves)
+        given = (self._held, self.drawn, self.rules, self._leader_mps, moves)
         self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs, num_steps)
         return payoff
 
@@ -154,6 +157,7 @@ def step(
     state: State,
     drawn: Array,
     rules: Array,
+    leader_mps: FloatArray,
     moves: tuple[FloatArray, IntArray, FloatArray],
     envs: BoolArray,
     periods: int,
@@ -163,7 +167,8 @@ def step(
     """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
 
     `moves` are the attacker's actions (B, 1) in [-1, 1]; of the k vehicles that get orders controllers (B, k, 2) and
-    whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`.
+    whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`. References follow
+    the series `leader_mps` (K,) where there is one.
     """
     attack, orders, accelerations = moves
     r, most = unpack(Rules, rules, 0), state.position.shape[1]
@@ -184,10 +189,11 @@ def step(
                 load(lend(block), lend(plants), state, drawn, b, k, n)
                 c, order, acceleration = unpack(Drawn, drawn, b), borrowed(orders)[b], borrowed(accelerations)[b]
                 receive(lend(block), state, order, acceleration, b, k, n, c, r)
+            acts = (rows, attack, borrowed(leader_mps))
             if wide:  # two calls, so that the compiler knows the width in each
-                advance_lanes(lend(block), lend(plants), state, drawn, scores, rows, attack, periods, n, WIDTH, r)
+                advance_lanes(lend(block), lend(plants), state, drawn, scores, *acts, periods, n, WIDTH, r)
             else:
-                advance_lanes(lend(block), lend(plants), state, drawn, scores, rows, attack, periods, n, 1, r)
+                advance_lanes(lend(block), lend(plants), state, drawn, scores, *acts, periods, n, 1, r)
             for k in range(count):
                 store(lend(block), state, rows[k], k, n)
             first += count

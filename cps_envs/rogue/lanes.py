@@ -58,6 +58,7 @@ class Plants(NamedTuple):
     attacker_drive_mps2: FloatArray
     reference_start_m: FloatArray
     reference_speed_mps: FloatArray
+    reference_mps2: FloatArray  # by which the reference speed changes in this period
     onset_step: IntArray
 
 
@@ -106,6 +107,7 @@ def make_plants(m: int) -> Plants:
         attacker_drive_mps2=np.empty(WIDTH),
         reference_start_m=np.empty(WIDTH),
         reference_speed_mps=np.empty(WIDTH),
+        reference_mps2=np.zeros(WIDTH),
         onset_step=np.empty(WIDTH, np.int64),
     )
 
@@ -173,4 +175,5 @@ def lane(block: Block, state: State, b: int, k: int, n: int) -> State:
         length_m=kept.length_m,
         proportional_gain=kept.proportional_gain,
         derivative_gain=kept.derivative_gain,
+        place=kept.place,
     )

@@ -54,6 +54,23 @@ AGAINST_SEARCHED = switching(0.4926, 0.5166, 0.2652, -0.1626, 1.241, -1.997, 0.7
 AGAINST_MIXTURES = switching(1.4136, -1.7959, -0.0101, 0.08, -0.1166, 0.0719, -0.3459)  # in self-play
 SQUARE = written("square", frequency_hz=0.1, duty=0.5)
 
+HIDDEN: Mapping[Role, Panel] = {
+    "attacker": panel(
+        [
+            "none",
+            "square?frequency_hz=0.05",
+            "duty_square",
+            "random",
+            "strike",
+            "switching",
+            "contested?against=sliding",
+            "contested?against=monitor",
+            "identify",
+            "always?action=-1",
+        ]
+    ),
+    "defender": panel(["monitor"]),
+}
 OPPONENTS: Mapping[str, Mapping[Role, Panel]] = {  # who plays a role that nobody else plays
     "paper": {"attacker": panel(["square"]), "defender": panel(["none"])},
     "oscillation": {"attacker": panel(["gains"]), "defender": panel(["none"])},
@@ -71,23 +88,8 @@ OPPONENTS: Mapping[str, Mapping[Role, Panel]] = {  # who plays a role that nobod
         ),
         "defender": panel(["pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7"]),
     },
-    "learning": {
-        "attacker": panel(
-            [
-                "none",
-                "square?frequency_hz=0.05",
-                "duty_square",
-                "random",
-                "strike",
-                "switching",
-                "contested?against=sliding",
-                "contested?against=monitor",
-                "identify",
-                "always?action=-1",
-            ]
-        ),
-        "defender": panel(["monitor"]),
-    },
+    "learning": HIDDEN,
+    "city": HIDDEN,
 }
 TRAINING: Mapping[Role, Panel] = {  # whom learners of the other role meet; others are left for judging
     "attacker": panel(

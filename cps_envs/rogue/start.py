@@ -10,7 +10,8 @@ from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kerne
 from cps_envs.core.compute.streams import draw_word, fill_uniform, uniform, whole
 from cps_envs.core.declare.bodies import names_each, spans
 from cps_envs.core.declare.config import bounds
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.declare.places import Places, draw_place
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.config import OF_VEHICLES, RogueConfig
 from cps_envs.rogue.payoff import measure
 from cps_envs.rogue.state import NEVER, Drawn, Rules, State, of_vehicle, platoon
@@ -78,10 +79,14 @@ def start_episodes(
     ranges: Array,
     builds: Builds,
     rules: Array,
+    places: Places,
+    halves: IntArray,
+    leader_mps: FloatArray,
 ) -> None:
     """Put the marked environments (B,) at time 0 in steady state, perturbed, with everything counted at zero.
 
-    What the configuration leaves exact is drawn from the streams (B, 6), too, to keep the order of draws.
+    What the configuration leaves exact is drawn from the streams (B, 6), too, to keep the order of draws. Episodes that
+    follow a series (K,) begin at one of the `places` of their half of the time (B,).
     """
     r, chance = unpack(Rules, rules, 0), unpack(Chances, chances, 0)
     low, width = unpack(Uniform, ranges, 0), unpack(Uniform, ranges, 1)
@@ -105,6 +110,9 @@ def start_episodes(
             episode = platoon(state, b, own.num_vehicles)
             build(stream, episode, own, builds)
             own.attacker_drive_mps2 = (low.power_ratio + width.power_ratio * share.power_ratio) * own.drive_mps2
+            if r.cycles:
+                episode.place[0] = draw_place(stream, places.first, places.counts, halves[b])
+                own.reference_speed_mps = leader_mps[episode.place[0]]
             place(episode, borrowed(spacing), borrowed(speed), own.reference_speed_mps, r)
             own.reference_start_m = episode.position[-1]
             measure(episode, score, unpack(Drawn, drawn, b), r)
@@ -176,4 +184,4 @@ def place(episode: State, spacing: FloatArray, speed: FloatArray, reference_mps:
         end += r.separation_m + (-r.spacing_spread_m + 2.0 * r.spacing_spread_m * spacing[i])
         first = end if i == 0 else first
         episode.position[i] = end - first
-        episode.speed[i] = reference_mps + (-r.speed_spread_mps + 2.0 * r.speed_spread_mps * speed[i])
+        episode.speed[i] = max(0.0, reference_mps + (-r.speed_spread_mps + 2.0 * r.speed_spread_mps * speed[i]))

@@ -37,17 +37,18 @@ class State(NamedTuple):
     length_m: FloatArray  # (B, m) l
     proportional_gain: FloatArray  # (B, m) k_p, 1/s2
     derivative_gain: FloatArray  # (B, m) k_d, 1/s
+    place: IntArray  # (B,) where in the leader's series the episode began, in control periods
 
 
 class Drawn(NamedTuple):
-    """What an episode draws at its start."""
+    """What an episode draws at its start; a reference that follows a series moves on with it."""
 
     attacker: int  # the seized vehicle, 0 = rear
     drive_mps2: float  # alpha of the seized vehicle's engine as it was built
     attacker_drive_mps2: float  # alpha that the attacker gets out of it
     drag_per_s: float  # beta of the seized vehicle
     reference_speed_mps: float  # v_ref
-    reference_start_m: float  # x_ref at time 0
+    reference_start_m: float  # x_ref now minus v_ref times the time: at time 0, if v_ref stays the same
     onset_step: int  # integration step from which on the attacker drives; `NEVER` in an episode without an attack
     noise_seed: int
     num_vehicles: int  # of the platoon; the arrays of `State` may be longer
@@ -86,6 +87,7 @@ class Rules(NamedTuple):
     speed_spread_mps: float  # initial speeds +- this
     logarithmic: bool  # the formation cost is the logarithm of the distance from the places
     open_places: bool  # and nobody has a place beyond the seized vehicle
+    cycles: bool  # the reference speed follows a series
     hidden: bool  # the seized vehicle gets orders too, and obeys until the onset
     formation_weight_mps2: float  # w
     range_noise_m: float
@@ -118,6 +120,7 @@ def platoon(state: State, b: int, num_vehicles: int) -> State:
         length_m=episode.length_m,
         proportional_gain=episode.proportional_gain,
         derivative_gain=episode.derivative_gain,
+        place=episode.place,
     )
 
 
@@ -156,6 +159,7 @@ def allocate(num_envs: int, num_vehicles: int, num_bodies: int = 1) -> State:
         length_m=np.zeros(bodies),
         proportional_gain=np.zeros(bodies),
         derivative_gain=np.zeros(bodies),
+        place=np.zeros(num_envs, np.int64),
     )
 
 
@@ -171,6 +175,7 @@ def rules_of(config: RogueConfig) -> Array:
         "solid": config.contact == "solid",
         "logarithmic": config.formation_cost != "scattering",
         "open_places": config.formation_cost == "open_place",
+        "cycles": config.has_cycle,
         "hidden": config.hidden,
     }
     known = asdict(config) | derived

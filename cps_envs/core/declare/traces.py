@@ -41,14 +41,13 @@ def read_traces(path: str | Path, units: Mapping[str, str]) -> dict[str, Series]
         ConfigurationError: the file cannot be read, or a line or column in it cannot be right; the message names both.
     """
     path = Path(path)
-    table = _read(path)
+    table = read_table(path)
     for name in table.names:
         if name != TIME:
             _check_name(path, name, units)
     if TIME not in table.names:
         raise ConfigurationError(f"{path} has no column {TIME!r}: name the times so, in seconds; {_listed(table)}.")
-    _check_numbers(path, table)
-    step_s, begin_s = _check_times(path, table)
+    step_s, begin_s = even_times(path, table)
     found = {}
     for field, places in _by_field(table, units).items():
         if places != list(range(1, len(places) + 1)) and places != [0]:
@@ -106,12 +105,13 @@ def _check_numbers(path: Path, table: Table) -> None:
         )
 
 
-def _check_times(path: Path, table: Table) -> tuple[float, float]:
-    """Step and first time, s.
+def even_times(path: Path, table: Table) -> tuple[float, float]:
+    """Step and first time, s, of the column `time_s`.
 
     Raises:
-        ConfigurationError: fewer than two times, or times that do not grow evenly.
+        ConfigurationError: a number is missing, there are fewer than two times, or they do not grow evenly.
     """
+    _check_numbers(path, table)
     times = table.numbers[:, table.names.index(TIME)]
     if len(times) < 2:
         raise ConfigurationError(f"{path} has {len(times)} {table.word} of numbers; a series needs at least 2.")
@@ -136,7 +136,12 @@ def _listed(table: Table) -> str:
     return f"it has {', '.join(repr(name) for name in table.names) or 'no names'}"
 
 
-def _read(path: Path) -> Table:
+def read_table(path: Path) -> Table:
+    """The numbers of a file.
+
+    Raises:
+        ConfigurationError: it cannot be read, or something in it is no number.
+    """
     kind = next((kind for kind in KINDS if path.name.lower().endswith(kind)), "")
     if not kind:
         raise ConfigurationError(f"{path} is no file of series that can be read: save it as {', '.join(KINDS)}.")

@@ -132,4 +132,4 @@ def collision_frequency_hz(power_ratio: float, gap_m: float) -> float:
 
 def bumper_gap_m() -> float:
     """Between bumpers in steady state, where contact is; the paper's formula takes centres, `separation_m` apart."""
-    return PAPER.separation_m - PAPER.vehicle_length_m
+    return PAPER.separation_m - PAPER.vehicle_length_m  # type: ignore[operator]
