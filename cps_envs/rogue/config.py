@@ -176,26 +176,26 @@ class RogueConfig:
             )
 
     def _check_cycle(self) -> None:
-        if not self.has_cycle:
-            if self.leader_speed_mps != 0:
+        series = self.leader_speed_mps
+        if not isinstance(series, Series):
+            if series != 0:
                 raise ConfigurationError(
-                    f"leader_speed_mps = {self.leader_speed_mps} is one number: give it as reference_speed_mps, or a "
-                    "series here."
+                    f"leader_speed_mps = {series} is one number: give it as reference_speed_mps, or a series here."
                 )
             return
-        if self.leader_speed_mps.width > 1:  # type: ignore[union-attr]
+        if series.width > 1:
             raise ConfigurationError("leader_speed_mps has several columns: give that of the leader alone.")
-        speed = self.leader_mps
-        gained, drive, drag = np.diff(speed) / self.control_period_s, spans(self.drive_mps2)[0], spans(self.drag_per_s)
+        speed = series.values[:, 0]
+        gained = np.diff(speed) / series.step_s
+        drive, drag = spans(self.drive_mps2)[0], spans(self.drag_per_s)
         most = (drive * self.max_effort - drag[1] * speed[1:, np.newaxis]).min(axis=1)
         least = (drive * self.min_effort - drag[0] * speed[1:, np.newaxis]).max(axis=1)
         wrong = np.flatnonzero((gained > most) | (gained < least))
         if len(wrong):
             k = int(wrong[0])
-            time_s = self.places.begin_s + k * self.control_period_s
             raise ConfigurationError(
-                f"leader_speed_mps changes by {gained[k]:.3g} m/s2 at {time_s:g} s, where some vehicle is capable of "
-                f"{least[k]:.3g} to {most[k]:.3g} m/s2, so that nobody could keep the platoon together: give "
+                f"leader_speed_mps, {series.place(k + 1)}: it changes by {gained[k]:.3g} m/s2, where some vehicle is "
+                f"capable of {least[k]:.3g} to {most[k]:.3g} m/s2, so that nobody could keep the platoon together: give "
                 "drive_mps2, or max_effort and min_effort, that can follow, or a calmer series."
             )
 
@@ -253,7 +253,7 @@ class RogueConfig:
         if not self.has_cycle:
             return np.empty(0)
         places = self.places
-        times_s: FloatArray = places.begin_s + np.arange(places.steps) * self.control_period_s
+        times_s = places.begin_s + np.arange(places.steps, dtype=np.float64) * self.control_period_s
         return over_time(self, "leader_speed_mps", times_s, 1)[:, 0].copy()
 
     @property

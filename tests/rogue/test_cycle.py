@@ -99,7 +99,7 @@ def test_a_constant_series_is_the_constant_reference() -> None:
         ({"leader_speed_mps": Series(np.full(400, 55.0), 1.0)}, "leader_speed_mps = Series.* is out of reach"),
         (
             {"leader_speed_mps": Series([10, 10, 30] * 200, 1.0)},
-            "changes by 20 m/s2 at 1 s, where some vehicle is capable",
+            "sample 2: it changes by 20 m/s2, where some vehicle is capable",
         ),
         ({"drive_mps2": 1.2, "drag_per_s": 0.02}, "so that nobody could keep the platoon together"),
         ({"leader_speed_mps": Series([70, 10] * 99, 1.0)}, r"sample 0: 70 is outside \[0, 60\] m/s"),
@@ -107,4 +107,4 @@ def test_a_constant_series_is_the_constant_reference() -> None:
 )
 def test_cycles_that_nobody_can_follow_are_refused(change: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigurationError, match=said):
-        ROGUE.config("city", change)
+        ROGUE.game(ROGUE.config("city", change), 1)
