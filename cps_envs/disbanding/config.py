@@ -5,11 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 
-from cps_envs.core.declare.config import IntRange, Range, bounds, is_multiple, quantity, validate
+from cps_envs.core.declare.bodies import names_each
+from cps_envs.core.declare.config import (
+    IntRange,
+    Range,
+    RangedBodies,
+    bounds,
+    check_bodies,
+    is_multiple,
+    quantity,
+    validate,
+)
 from cps_envs.core.errors import ConfigurationError
 
 TABLE = "Table 2.1"
 SHORTEST_STEP_S = 5e-4
+OF_VEHICLES = ("tau_s", "proportional_gain", "derivative_gain")
 
 
 @dataclass(frozen=True)
@@ -58,7 +69,8 @@ def interpreted(name: str, dt_s: float, transitional_controller: bool, standstil
 class DisbandingConfig:
     """N platoons of n vehicles in one lane, an attacker who disbands platoons, a defender who corrects commands.
 
-    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly.
+    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly. The lag and
+    the gains also take a tuple with a value for each vehicle of the longest string, from the front.
 
     Raises:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
@@ -67,11 +79,17 @@ class DisbandingConfig:
     num_platoons: IntRange = quantity(10, low=2, high=10_000, source=f"{TABLE}: 2..10", ranged=True)
     vehicles_per_platoon: int = quantity(10, low=2, high=50, source=TABLE)
     duration_s: float = quantity(180.0, unit="s", low=1, high=86_400, source=f"{TABLE}: T_s")
-    tau_s: Range = quantity(0.1, unit="s", low=0.01, high=2, source=f"{TABLE}: 0.1, 0.3, 0.5", ranged=True)
+    tau_s: RangedBodies = quantity(
+        0.1, unit="s", low=0.01, high=2, source=f"{TABLE}: 0.1, 0.3, 0.5", ranged=True, bodies="vehicle"
+    )
     desired_gap_m: Range = quantity(5.0, unit="m", low=1, high=100, source=f"{TABLE}: x_d = 5 or 4", ranged=True)
     headway_s: float = quantity(1.5, unit="s", low=0.1, high=10, source=f"{TABLE}: h")
-    proportional_gain: float = quantity(1.0, unit="1/s2", low=0, high=100, source=f"{TABLE}: k_p")
-    derivative_gain: float = quantity(5.0, unit="1/s", low=0, high=100, source=f"{TABLE}: k_d")
+    proportional_gain: RangedBodies = quantity(
+        1.0, unit="1/s2", low=0, high=100, source=f"{TABLE}: k_p", ranged=True, bodies="vehicle"
+    )
+    derivative_gain: RangedBodies = quantity(
+        5.0, unit="1/s", low=0, high=100, source=f"{TABLE}: k_d", ranged=True, bodies="vehicle"
+    )
     desired_speed_mps: float = quantity(31.0, unit="m/s", low=1, high=100, source=f"{TABLE}: v_d")
     max_speed_mps: float = quantity(36.0, unit="m/s", low=1, high=100, source=f"{TABLE}: v_max; v_min is 0")
     min_acceleration_mps2: float = quantity(-5.0, unit="m/s2", low=-20, high=-0.1, source=f"{TABLE}: u_min")
@@ -119,6 +137,7 @@ class DisbandingConfig:
 
     def __post_init__(self) -> None:
         validate(self)
+        check_bodies(self, self.max_vehicles)
         dt_s = self.dynamics.dt_s
         if dt_s < SHORTEST_STEP_S:
             raise ConfigurationError(
@@ -195,6 +214,11 @@ class DisbandingConfig:
     def max_vehicles(self) -> int:
         """M of the arrays."""
         return self.max_platoons * self.vehicles_per_platoon
+
+    @property
+    def differ(self) -> bool:
+        """Whether vehicles have a lag or gains of their own."""
+        return any(names_each(getattr(self, name)) for name in OF_VEHICLES)
 
     @property
     def steps_per_period(self) -> int:

@@ -126,17 +126,24 @@ def look_ahead(episode: State, num_vehicles: int, gap: FloatArray, closing: Floa
 def command_platoons(episode: State, c: Constants, gap: FloatArray, closing: FloatArray, u: FloatArray) -> None:
     """Fill `u` (m/s2) with the commands of all vehicles as if every platoon were intact, (2.2) to (2.4)."""
     k_p, k_d, desired_gap, headway = c.proportional_gain, c.derivative_gain, c.desired_gap_m, c.headway_s
-    size, speed = c.vehicles_per_platoon, episode.speed
+    size, speed, differ = c.vehicles_per_platoon, episode.speed, episode.tau_s.size > 0
     for q in range(c.num_vehicles - 1):
+        if differ:
+            k_p, k_d = episode.proportional_gain[q], episode.derivative_gain[q]
         u[q] = middle_command(gap[q], closing[q], gap[q + 1], closing[q + 1], desired_gap, k_p, k_d)
     for platoon in range(c.num_vehicles // size):
         last = platoon * size + size - 1
+        if differ:
+            k_p, k_d = episode.proportional_gain[last], episode.derivative_gain[last]
         u[last] = last_command(gap[last], closing[last], desired_gap, k_p, k_d)
         first = platoon * size
+        if differ:
+            k_p, k_d = episode.proportional_gain[first], episode.derivative_gain[first]
         command = leader_command(gap[first], closing[first], speed[first], headway, k_p, k_d)
         if c.transitional_controller:
             command = transitional_command(command, gap[first], closing[first], speed[first], headway)
         u[first] = command
+    k_d = episode.derivative_gain[0] if differ else k_d
     u[0] = front_command(episode.speed[0], c.desired_speed_mps, k_d)
 
 

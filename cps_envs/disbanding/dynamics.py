@@ -88,11 +88,12 @@ def within_speeds(acceleration: float, speed: float, slowest: float, fastest: fl
 @inlined
 def integrate_euler(episode: State, c: Constants) -> None:
     """Explicit Euler step of (2.1) from the old state, then the limits of acceleration and speed."""
-    dt, tau = c.dt_s, c.tau_s
+    dt, differ = c.dt_s, episode.tau_s.size > 0
     low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
     slowest, fastest = c.min_speed_mps, c.max_speed_mps
     x, v, a, u = episode.position, episode.speed, episode.acceleration, episode.command
     for q in range(c.num_vehicles):
+        tau = episode.tau_s[q] if differ else c.tau_s
         speed = v[q] + dt * a[q]
         acceleration = clip(a[q] + dt * (u[q] - a[q]) / tau, low, high)
         x[q] += dt * v[q]
@@ -103,11 +104,14 @@ def integrate_euler(episode: State, c: Constants) -> None:
 @inlined
 def integrate_exactly(episode: State, c: Constants) -> None:
     """Exact step of (2.1) with the command held; a vehicle that reaches its lowest speed does not move backward."""
-    dt, tau = c.dt_s, c.tau_s
+    dt, differ, tau = c.dt_s, episode.tau_s.size > 0, c.tau_s
     decay = math.exp(-dt / tau)
     slowest, fastest = c.min_speed_mps, c.max_speed_mps
     x, v, a, u = episode.position, episode.speed, episode.acceleration, episode.command
     for q in range(c.num_vehicles):
+        if differ:
+            tau = episode.tau_s[q]
+            decay = math.exp(-dt / tau)
         lag = a[q] - u[q]
         position = x[q] + v[q] * dt + 0.5 * u[q] * dt * dt + lag * tau * (dt - tau * (1.0 - decay))
         speed = v[q] + u[q] * dt + lag * tau * (1.0 - decay)

@@ -23,7 +23,7 @@ from cps_envs.disbanding.observation import observe_attacker, observe_defender
 from cps_envs.disbanding.parts import PartsRoad
 from cps_envs.disbanding.payoff import MEASURED, Metrics, Rules
 from cps_envs.disbanding.picture.scene import Scene
-from cps_envs.disbanding.start import chances_of, nominal_constants, spread, start_drawn
+from cps_envs.disbanding.start import builds_of, chances_of, nominal_constants, spread, start_drawn
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
 from cps_envs.disbanding.timed import Timed
@@ -76,13 +76,13 @@ class DisbandingGame(Game):
             eventful=is_eventful(config),
         )
         self._measures = Metrics._fields[: MEASURED[config.report]]
-        self._rules, self._spread = pack(rules), spread(config)
+        self._rules, self._spread, self._builds = pack(rules), spread(config), hold(builds_of(config))
         self._chances, self._circumstances = chances_of(config), circumstances_of(config)
         self._allocate()
 
     def _allocate(self) -> None:
         config, envs = self.config, self.num_envs
-        self.state: State = allocate(envs, config.max_platoons, config.vehicles_per_platoon)
+        self.state: State = allocate(envs, config.max_platoons, config.vehicles_per_platoon, differ=config.differ)
         self.constants = records(Constants, envs)
         self.constants[:] = pack(nominal_constants(config))
         self.budget: IntArray = np.zeros(envs, np.int64)
@@ -96,7 +96,7 @@ class DisbandingGame(Game):
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         with drawing(generators, np.flatnonzero(envs)) as streams:
             drawn = (self._known[0], self.constants, self.budget, streams, envs)
-            start_drawn(*drawn, self._chances, self._spread)
+            start_drawn(*drawn, self._chances, self._spread, self._builds)
             draw_circumstances(*drawn, self._circumstances)
         self._settle(envs)
 

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import borrowed, clip, fill, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, clip, fill, inlined, kernel, pack, unpack, view
 from cps_envs.core.compute.streams import between, uniform, whole
+from cps_envs.core.declare.bodies import names_each, spans
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
-from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.config import OF_VEHICLES, DisbandingConfig
 from cps_envs.disbanding.state import Constants, State
 
 MIN_SPEED_MPS = 0.0  # Table 2.1: v_min
@@ -48,7 +49,8 @@ def nominal_constants(config: DisbandingConfig) -> Constants:
     """
     known = vars(config) | vars(config.dynamics) | {"num_vehicles": config.max_vehicles, "min_speed_mps": MIN_SPEED_MPS}
     known["stop_at_collision"] = config.on_collision == "end"
-    known |= {name: sum(bounds(getattr(config, name))) / 2 for name in ("tau_s", "desired_gap_m", "hop_loss")}
+    known |= {name: sum(bounds(getattr(config, name))) / 2 for name in ("desired_gap_m", "hop_loss")}
+    known |= {name: float(spans(getattr(config, name)).mean(axis=0).mean()) for name in OF_VEHICLES}
     known["corrects_all"], known["relayed"] = config.correctable == "intact", config.is_relayed
     known["hop_steps"] = whole_steps(sum(bounds(config.hop_delay_s)) / 2, config.dynamics.dt_s)
     known["noise_width_mps2"] = math.sqrt(3.0) * config.correction_noise_mps2  # uniform, of that deviation
@@ -92,9 +94,53 @@ class Chances(NamedTuple):
 
 def chances_of(config: DisbandingConfig) -> Array:
     """The chances of a configuration as records (1,)."""
-    drawn = (config.num_platoons, config.tau_s, config.desired_gap_m, config.attack_budget)
+    lag = bounds(config.tau_s) if not names_each(config.tau_s) else nominal_constants(config).tau_s
+    drawn = (config.num_platoons, lag, config.desired_gap_m, config.attack_budget)
     ends: list[Any] = [end for value in drawn for end in bounds(value)]
     return pack(Chances(*ends))
+
+
+class Builds(NamedTuple):
+    """How lag and gains of the vehicles may differ, in the order of `config.OF_VEHICLES`; m is M, or 1 if all share."""
+
+    low: FloatArray  # (3, m)
+    width: FloatArray  # (3, m) of the intervals that are drawn from; nothing is drawn where it is 0
+    each: BoolArray  # (3,) whether every vehicle has its own
+
+
+def builds_of(config: DisbandingConfig) -> Builds:
+    """The vehicles of a configuration; a common lag is drawn with the `Chances`."""
+    values = [getattr(config, name) for name in OF_VEHICLES]
+    shape = (len(values), config.max_vehicles if config.differ else 1)
+    low, width = np.zeros(shape), np.zeros(shape)
+    for k, value in enumerate(values):
+        ends = spans(value)
+        low[k], width[k] = ends[0], ends[1] - ends[0]
+    return Builds(low, width, np.array([names_each(value) for value in values]))
+
+
+@inlined
+def build(stream: Array, episode: State, own: Record, builds: Builds) -> None:
+    """Draw common gains, and lag and gains of vehicles that have their own; the lag of `own` is then their mean."""
+    if builds.width[1, 0] > 0.0 and not builds.each[1]:
+        own.proportional_gain = builds.low[1, 0] + builds.width[1, 0] * uniform(stream)
+    if builds.width[2, 0] > 0.0 and not builds.each[2]:
+        own.derivative_gain = builds.low[2, 0] + builds.width[2, 0] * uniform(stream)
+    vehicles = (episode.tau_s, episode.proportional_gain, episode.derivative_gain)
+    common = (own.tau_s, own.proportional_gain, own.derivative_gain)
+    for k in range(3):
+        for q in range(vehicles[k].size):
+            value = common[k]
+            if builds.each[k]:
+                value = builds.low[k, q]
+                if builds.width[k, q] > 0.0:
+                    value += builds.width[k, q] * uniform(stream)
+            vehicles[k][q] = value
+    if builds.each[0]:
+        total = 0.0
+        for q in range(own.num_vehicles):
+            total += episode.tau_s[q]
+        own.tau_s = total / own.num_vehicles
 
 
 @kernel
@@ -106,6 +152,7 @@ def start_drawn(
     envs: BoolArray,
     chances: Array,
     limits: Spread,
+    builds: Builds,
 ) -> None:
     """Draw the marked environments (B,) from their streams (B, 6) and put them at time 0.
 
@@ -124,6 +171,7 @@ def start_drawn(
             for k in range(4):
                 for q in range(rows.shape[1]):
                     rows[k, q] = limits.low[k] + limits.width[k] * uniform(stream)
+            build(stream, view(state, b), own, builds)
             place_episode(view(state, b), unpack(Constants, constants, b), perturbed(borrowed(rows)))
 
 

@@ -54,6 +54,9 @@ class State(NamedTuple):
     work_kj: FloatArray  # (B,) kJ, traction of all vehicles noted
     driven_km: FloatArray  # (B,) km, their distance
     disturbed_s: FloatArray  # (B,) s, when an intact vehicle was last seen off the desired speed after an attack
+    tau_s: FloatArray  # (B, M) actuation lag of each vehicle; (B, 0) where all have that of `Constants`
+    proportional_gain: FloatArray  # (B, M) 1/s2, likewise
+    derivative_gain: FloatArray  # (B, M) 1/s, likewise
     chance: Array  # (B, 4) uint64, the stream of what is drawn on the way, see `core.compute.streams`
 
 
@@ -63,7 +66,7 @@ class Constants(NamedTuple):
     num_vehicles: int  # M of this episode; vehicles q >= num_vehicles of the arrays are absent
     vehicles_per_platoon: int  # n
     dt_s: float  # integration step
-    tau_s: float  # actuation lag, (2.1)
+    tau_s: float  # actuation lag, (2.1); where vehicles differ the mean
     desired_gap_m: float  # x_d
     headway_s: float  # h of the platoon leaders, (2.4)
     proportional_gain: float  # k_p, 1/s2
@@ -93,9 +96,10 @@ class Constants(NamedTuple):
     ride_steps: int  # integration steps between two notes of the ride; 0 where it is not noted
 
 
-def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> State:
-    """A state with every array zero; `start.place` fills the episodes."""
+def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int, *, differ: bool = False) -> State:
+    """A state with every array zero; `start.place` fills the episodes. Vehicles may `differ`, in lag and gains."""
     envs, vehicles = num_envs, num_platoons * vehicles_per_platoon
+    own = (envs, vehicles if differ else 0)
     return State(
         step=np.zeros(envs, np.int64),
         position=np.zeros((envs, vehicles)),
@@ -135,5 +139,8 @@ def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> Sta
         work_kj=np.zeros(envs),
         driven_km=np.zeros(envs),
         disturbed_s=np.zeros(envs),
+        tau_s=np.zeros(own),
+        proportional_gain=np.zeros(own),
+        derivative_gain=np.zeros(own),
         chance=np.zeros((envs, 4), np.uint64),
     )

@@ -195,8 +195,8 @@ class RogueConfig:
             k = int(wrong[0])
             raise ConfigurationError(
                 f"leader_speed_mps, {series.place(k + 1)}: it changes by {gained[k]:.3g} m/s2, where some vehicle is "
-                f"capable of {least[k]:.3g} to {most[k]:.3g} m/s2, so that nobody could keep the platoon together: give "
-                "drive_mps2, or max_effort and min_effort, that can follow, or a calmer series."
+                f"capable of {least[k]:.3g} to {most[k]:.3g} m/s2, so that nobody could keep the platoon together: "
+                "give drive_mps2, or max_effort and min_effort, that can follow, or a calmer series."
             )
 
     def _stable_step(self) -> str:

@@ -47,8 +47,8 @@ def platoon_matrices(num_vehicles: int, tau_s: float) -> tuple[FloatArray, Float
         middle = 0 < i < n - 1
         for j, sign in ((i, -2.0 if middle else -1.0), (i - 1, 1.0), (i + 1, 1.0 if middle else 0.0)):
             if 0 <= j < n:
-                position[i, j], speed[i, j] = sign * k_p, sign * k_d
-    speed[0, 0] -= k_p * PAPER.headway_s
+                position[i, j], speed[i, j] = sign * k_p, sign * k_d  # type: ignore[operator]
+    speed[0, 0] -= k_p * PAPER.headway_s  # type: ignore[operator]
     identity, zero = np.eye(n), np.zeros((n, n))
     a = np.block([[zero, identity, zero], [zero, zero, identity], [position / tau_s, speed / tau_s, -identity / tau_s]])
     b = np.zeros((3 * n, 2))
