@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from cps_envs.core.declare.config import Range, bounds, is_multiple, quantity, validate
+import numpy as np
+
+from cps_envs.core.declare.config import Bodies, Range, bounds, check_bodies, is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import FloatArray
 from cps_envs.fdi.model import DISCRETISATIONS, Model, platoon_model
 from cps_envs.fdi.task import Task, make_task, parse_task
 
@@ -20,7 +23,8 @@ NEED_FILTER = ("range_noise_m", "rate_noise_mps", "quantised", "attack_share", "
 class FdiConfig:
     """A platoon of n vehicles, an attacker who adds multiples of the resolution to sensor readings, a defender.
 
-    The printed tables do not identify the gains and the limits: k_p 1 to 2, k_d 2 to 5, u_min -8 to -4 and
+    The noise of sensors is one number for all, or one for each: the fronts of vehicles 1 (last) to n, then the rears of
+    2 to n. The printed tables do not identify the gains and the limits: k_p 1 to 2, k_d 2 to 5, u_min -8 to -4 and
     u_max 4 to 5 m/s2 fit about equally well.
 
     Raises:
@@ -71,9 +75,11 @@ class FdiConfig:
     estimator: str = quantity(
         "model", choices=("model", "kalman"), source="chosen: what replaces a reading; kalman: of all sensors, noisy"
     )
-    range_noise_m: float = quantity(0.0, unit="m", low=0, high=5, source="chosen: deviation of every range reading")
-    rate_noise_mps: float = quantity(
-        0.0, unit="m/s", low=0, high=5, source="chosen: deviation of every range-rate reading"
+    range_noise_m: Bodies = quantity(
+        0.0, unit="m", low=0, high=5, source="chosen: deviation of range readings", bodies="range sensor"
+    )
+    rate_noise_mps: Bodies = quantity(
+        0.0, unit="m/s", low=0, high=5, source="chosen: deviation of range-rate readings", bodies="range-rate sensor"
     )
     quantised: bool = quantity(False, source="chosen: honest readings are whole multiples of the resolution too")
     attack_share: float = quantity(1.0, low=0, high=1, source="chosen: part of the episodes in which injections work")
@@ -86,6 +92,7 @@ class FdiConfig:
 
     def __post_init__(self) -> None:
         validate(self)
+        check_bodies(self, {"range sensor": self.num_readings // 2, "range-rate sensor": self.num_readings // 2})
         self._check_task()
         self._check_duel()
         self._check_levels()
@@ -145,6 +152,12 @@ class FdiConfig:
     def num_readings(self) -> int:
         """Sensors: ranges, then range-rates; of the fronts 1..n and, with a filter, of the rears of 2..n."""
         return 4 * self.num_vehicles - 2 if self.estimator == "kalman" else 2 * self.num_vehicles
+
+    @property
+    def sensor_noise(self) -> FloatArray:
+        """The deviation (R,) of each reading, m and m/s: fronts 1..n, then rears 2..n; ranges, then range-rates."""
+        half = self.num_readings // 2
+        return np.concatenate([np.broadcast_to(noise, half) for noise in (self.range_noise_m, self.rate_noise_mps)])
 
     @property
     def hold_steps(self) -> int:

@@ -32,7 +32,7 @@ def measure(episode: State, c: Constants) -> None:
         ranges = j < c.readings // 2
         offset = c.desired_gap_m if ranges else 0.0  # sensors measure the gap, not its error
         honest = episode.error[state_of(j, n, c.readings)] + offset
-        honest += (c.range_noise_m if ranges else c.rate_noise_mps) * noise[j]
+        honest += episode.deviation[j] * noise[j]
         if c.quantised:
             step = resolution(c, j, c.readings // 2)
             honest = step * math.floor(honest / step + 0.5)
@@ -43,10 +43,8 @@ def measure(episode: State, c: Constants) -> None:
 
 
 @inlined
-def variance_of(reading: int, c: Constants) -> float:
-    """Of an honest reading, m2 or m2/s2: its noise, and the rounding."""
-    ranges = reading < c.readings // 2
-    noise = c.range_noise_m if ranges else c.rate_noise_mps
+def variance_of(reading: int, noise: float, c: Constants) -> float:
+    """Of an honest reading, m2 or m2/s2: its noise, of this deviation, and the rounding."""
     step = resolution(c, reading, c.readings // 2) if c.quantised else 0.0
     return max(noise * noise + step * step / 12.0, LEAST_DEVIATION * LEAST_DEVIATION)
 
@@ -55,7 +53,7 @@ def variance_of(reading: int, c: Constants) -> float:
 def deviation_of(episode: State, c: Constants, reading: int) -> float:
     """How far an honest reading lies off its prediction, one standard deviation, m or m/s."""
     state = state_of(reading, episode.command.size, c.readings)
-    return math.sqrt(episode.covariance[state, state] + variance_of(reading, c))
+    return math.sqrt(episode.covariance[state, state] + variance_of(reading, episode.deviation[reading], c))
 
 
 @inlined
@@ -73,7 +71,7 @@ def update(episode: State, c: Constants, column: FloatArray) -> None:
             continue
         state = state_of(j, episode.command.size, c.readings)
         copy(covariance[state], column)
-        innovation, total = innovation_of(episode, c, j), column[state] + variance_of(j, c)
+        innovation, total = innovation_of(episode, c, j), column[state] + variance_of(j, episode.deviation[j], c)
         take_in(episode.prediction, covariance, column, column, innovation, total)
 
 

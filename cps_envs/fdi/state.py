@@ -44,6 +44,7 @@ class State(NamedTuple):
     disturbance: FloatArray  # (B, k, n) accelerations that no vehicle commanded, m/s2; each holds for some steps
     phase: IntArray  # (B, n) steps for which each vehicle's first one has held before the episode began
     noise: FloatArray  # (B, horizon + 1, R) of the readings, in standard deviations; or (B, 0, R)
+    deviation: FloatArray  # (B, R) of each sensor's noise, m and m/s; or (B, 0)
     covariance: FloatArray  # (B, 2n, 2n) of `prediction`; or (B, 0, 0)
     doubted: IntArray  # (B, R) steps for which a reading has been replaced without a break
     onset: IntArray  # (B,) the first step whose readings injections may change
@@ -71,6 +72,7 @@ def allocate(config: FdiConfig, num_envs: int, slots: int) -> State:
         disturbance=np.zeros((num_envs, config.most_blocks, n)),
         phase=np.zeros(vehicles, np.int64),
         noise=np.zeros((num_envs, config.horizon + 1 if filters else 0, config.num_readings)),
+        deviation=np.tile(config.sensor_noise[: config.num_readings if filters else 0], (num_envs, 1)),
         covariance=np.zeros((num_envs, 2 * n, 2 * n) if filters else (num_envs, 0, 0)),
         doubted=np.zeros(sensors, np.int64),
         onset=np.zeros(num_envs, np.int64),
@@ -104,8 +106,6 @@ class Constants(NamedTuple):
     disturbance_mps2: float
     hold_steps: int
     readings: int  # R
-    range_noise_m: float
-    rate_noise_mps: float
     quantised: bool
     alarm_steps: int
     correction_step_mps2: float

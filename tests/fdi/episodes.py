@@ -77,11 +77,9 @@ class Filter:
         self.b = accelerate @ (np.eye(n, k=1) - np.eye(n))
         order = [*range(n), *range(n - 1)]
         self.h = np.eye(2 * n)[[*order, *(n + i for i in order)]]
-        variances = (
-            c.range_noise_m**2 + c.quantised * c.range_resolution_m**2 / 12,
-            c.rate_noise_mps**2 + c.quantised * c.rate_resolution_mps**2 / 12,
-        )
-        self.r = np.diag(np.repeat(np.maximum(variances, 1e-6), 2 * n - 1))
+        steps = np.repeat([c.range_resolution_m, c.rate_resolution_mps], 2 * n - 1)
+        noise = np.concatenate([np.full(2 * n - 1, 1.0) * each for each in (c.range_noise_m, c.rate_noise_mps)])
+        self.r = np.diag(np.maximum(noise**2 + c.quantised * steps**2 / 12, 1e-6))
         strongest = np.max(c.disturbance_mps2)
         lasting = max(round(c.disturbance_hold_s / dt), 1)
         self.q = lasting * strongest**2 * self.b @ self.b.T

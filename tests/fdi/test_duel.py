@@ -23,9 +23,10 @@ EVERY = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1"
 NEUTRAL = np.array([1] * 14 + [4] * 4)
 
 
-def test_the_filter_is_the_textbook_one() -> None:
+@pytest.mark.parametrize("noise", [{}, {"range_noise_m": (0.1, 0.2, 1, 0.3, 0.1, 0.5, 2), "rate_noise_mps": [0.2] * 7}])
+def test_the_filter_is_the_textbook_one(noise: dict[str, Any]) -> None:
     """With random trust, lies and corrections, against matrices with joint updates."""
-    game = started(tasks=EVERY, attack_share=1.0, onset_s=0.0, seed=3)
+    game = started(tasks=EVERY, attack_share=1.0, onset_s=0.0, seed=3, **noise)
     filter_, generator = Filter(game), np.random.default_rng(1)
     for _ in range(60):
         state = game.episode(0)
@@ -80,6 +81,15 @@ def test_honest_readings_are_noisy_multiples_of_the_resolution() -> None:
     expected = np.hypot([c.range_noise_m, c.rate_noise_mps], np.array([0.5, 0.25]) / np.sqrt(12))
     np.testing.assert_allclose(spread, np.repeat(expected, 7), rtol=0.06)
     assert np.abs(np.corrcoef(np.reshape(off, (-1, 14)).T) - np.eye(14)).max() < 0.08  # each sensor its own noise
+
+
+def test_each_sensor_has_its_own_noise() -> None:
+    ranges = np.array([0.1, 0.2, 1.0, 0.3, 0.0, 0.5, 2.0])
+    game = started(**{**QUIET, "range_noise_m": ranges, "rate_noise_mps": 0.3}, num_envs=256)
+    off = game.state.reading - game.state.error[:, [0, 1, 2, 3, 0, 1, 2, 4, 5, 6, 7, 4, 5, 6]]
+    np.testing.assert_allclose(np.std(off, axis=0), [*ranges, *[0.3] * 7], rtol=0.15, atol=1e-9)
+    with pytest.raises(ConfigurationError, match="range_noise_m has 4 values for 7 range sensors"):
+        started(range_noise_m=[0.1] * 4)
 
 
 def test_a_lie_works_one_step_later_and_not_before_the_onset() -> None:

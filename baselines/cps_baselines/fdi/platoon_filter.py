@@ -45,7 +45,7 @@ def platoon_filter(config: FdiConfig) -> PlatoonFilter:
         command=model.command,
         view=np.eye(2 * n)[[state_of(j, n, readings) for j in range(readings)]],
         spread=disturbance_covariance(config),
-        noise=np.array([variance_of(j, c) for j in range(readings)]),
+        noise=np.array([variance_of(j, config.sensor_noise[j], c) for j in range(readings)]),
         start=np.diag(spread_of**2 / 3),
     )
     for matrix in found:
