@@ -58,12 +58,16 @@ Steady state: separations of 9 m, 25 m/s, the leader on its reference. Preset `l
 number of vehicles, which one is seized, the power ratio, drive, drag and the reference speed. Finally it draws
 whether there is an attack, and when it begins.
 
+In preset `city` the reference drives a cycle (`leader_speed_mps`): the EPA's UDDS, 23 minutes of stop and go. Episodes
+begin at a drawn second of it, for training and for judgements in blocks of two minutes by turns (`series_split`,
+`series_block_s`).
+
 ## Episode End
 Terminated after 100 s (`paper`, `oscillation`, `seats`) or 60 s, never before.
 
 ## Arguments
-`preset` ("paper", "oscillation", "seats", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or
-policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`preset` ("paper", "oscillation", "seats", "easy", "learning", "city"), `opponent` (a defender: name, "module:attribute"
+or policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.rogue.config.RogueConfig`:
 
 {parameter_table}
@@ -146,12 +150,16 @@ number of vehicles, which one is seized, the power ratio, drive, drag and the re
 whether there is an attack, and when it begins. `learning` adds sensor noise to the observation, but not to what the
 vehicles' own controllers and detectors see.
 
+In preset `city` the reference drives a cycle (`leader_speed_mps`): the EPA's UDDS, 23 minutes of stop and go. Episodes
+begin at a drawn second of it, for training and for judgements in blocks of two minutes by turns (`series_split`,
+`series_block_s`).
+
 ## Episode End
 Terminated after 100 s (`paper`, `oscillation`, `seats`) or 60 s, never before.
 
 ## Arguments
-`preset` ("paper", "oscillation", "seats", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or
-policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`preset` ("paper", "oscillation", "seats", "easy", "learning", "city"), `opponent` (an attacker: name,
+"module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.rogue.config.RogueConfig`:
 
 {parameter_table}

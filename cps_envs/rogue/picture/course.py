@@ -37,6 +37,8 @@ def speed_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """The speeds of all, those of the attacker and its neighbours in colours, and its effort as a strip."""
     m, time, words = scene.attacker, curves["time_s"] / scene.config.duration_s, []
     marks: list[Mark] = [LevelLine(scene.reference_speed_mps, MUTED), *onsets(scene)]
+    if scene.config.has_cycle:
+        marks[0] = Line(time, curves["reference_speed_mps"], MUTED)
     others = [i for i in range(len(scene.speed)) if abs(i - m) > 1]
     marks += [Line(time, curves["speed"][:, i], OTHER, thin=True) for i in others]
     for i, name, color in ((m - 1, "behind", BEHIND), (m + 1, "ahead", AHEAD), (m, "attacker", ATTACKER)):

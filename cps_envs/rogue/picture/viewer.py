@@ -40,7 +40,7 @@ LAWS = {"mode": DRIVEN, "command": ("commanded",), "either": (*DRIVEN, "commande
 class RogueViewer(RememberingViewer):
     """The road, and below it what each vehicle does now beside the episode so far."""
 
-    kept = ("effort", "speed", "gap", "damage")
+    kept = ("effort", "speed", "gap", "damage", "reference_speed_mps")
     most_points = 300
 
     def draw(self, scene: Scene) -> None:
@@ -68,7 +68,7 @@ def panels(scene: Scene, curves: Curves) -> list[Panel]:
     beside = curves["gap"][:, max(m - 1, 0) : m + 1]
     lowest, highest = float(beside.min()), float(beside.max())
     shown = (-rounded_up(max(desired / 2, -HEADROOM * lowest)), rounded_up(max(3 * desired, HEADROOM * highest)))
-    speed = rounded_up(max(1.5 * scene.reference_speed_mps, float(curves["speed"].max())))
+    speed = rounded_up(max(1.5 * float(curves["reference_speed_mps"].max()), float(curves["speed"].max()), 1.0))
     worst, total = (rounded_up(max(1.0, HEADROOM * float(value))) for value in (scene.damage.max(), scene.damage.sum()))
     left, right = side_by_side(PLOTS_TOP, PLOT_HEIGHT, PITCH)
     return [
