@@ -137,7 +137,7 @@ class DisbandingConfig:
 
     def __post_init__(self) -> None:
         validate(self)
-        check_bodies(self, self.max_vehicles)
+        check_bodies(self, {"vehicle": self.max_vehicles})
         dt_s = self.dynamics.dt_s
         if dt_s < SHORTEST_STEP_S:
             raise ConfigurationError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,13 +19,11 @@ from cps_envs.core.declare.config import (
     validate,
 )
 from cps_envs.core.declare.cycles import shipped_cycle
-from cps_envs.core.declare.series import SPLITS, Series
+from cps_envs.core.declare.places import SPLITS, Places, place_episodes
+from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.stability import longest_stable_step_s
-
-if TYPE_CHECKING:
-    from cps_envs.core.declare.places import Places
 
 TABLE = "Table 5.1"
 RATIO = f"{TABLE}: alpha_att / alpha is at least 1"
@@ -235,8 +232,6 @@ class RogueConfig:
     @property
     def places(self) -> Places:
         """Where in that series episodes may begin, in control periods."""
-        from cps_envs.core.declare.places import place_episodes  # which brings the compiler of kernels along
-
         series = [self.leader_speed_mps] if isinstance(self.leader_speed_mps, Series) else []
         return place_episodes(
             series,

@@ -10,7 +10,7 @@ from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kerne
 from cps_envs.core.compute.streams import draw_word, fill_uniform, uniform, whole
 from cps_envs.core.declare.bodies import names_each, spans
 from cps_envs.core.declare.config import bounds
-from cps_envs.core.declare.places import Places, draw_place
+from cps_envs.core.declare.places import Places
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.config import OF_VEHICLES, RogueConfig
 from cps_envs.rogue.payoff import measure
@@ -111,7 +111,7 @@ def start_episodes(
             build(stream, episode, own, builds)
             own.attacker_drive_mps2 = (low.power_ratio + width.power_ratio * share.power_ratio) * own.drive_mps2
             if r.cycles:
-                episode.place[0] = draw_place(stream, places.first, places.counts, halves[b])
+                episode.place[0] = places.first[halves[b], whole(stream, 0, places.counts[halves[b]])]
                 own.reference_speed_mps = leader_mps[episode.place[0]]
             place(episode, borrowed(spacing), borrowed(speed), own.reference_speed_mps, r)
             own.reference_start_m = episode.position[-1]

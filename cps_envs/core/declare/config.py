@@ -103,9 +103,8 @@ def check_bodies(config: Any, counts: Mapping[str, int]) -> None:
             ranged = field.metadata["ranged"]
             if given not in (1, counts[word]) and not (ranged and given > 1 and not names_each(value)):
                 pairs = "; two numbers are a draw, so that two are written as ((a, a), (b, b))" if ranged else ""
-                raise ConfigurationError(
-                    f"{field.name} has {given} values for {counts[word]} {word}s; give one for all, or one for each{pairs}."
-                )
+                wrong = f"{field.name} has {given} values for {counts[word]} {word}s"
+                raise ConfigurationError(f"{wrong}; give one for all, or one for each{pairs}.")
 
 
 def bounds(value: Any) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from cps_envs.core.declare.series import EVEN, Series
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import BoolArray, Generators, IntArray
 
+SPLITS = ("seed", "all", "train", "test")  # which places an episode may have
 LEARNED, JUDGED = 0, 1  # halves of the time
 
 

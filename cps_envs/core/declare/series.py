@@ -15,7 +15,6 @@ RULES = {  # of resampling: what a series is between two samples
     "linear": "on the straight line between them",
     "hold": "as the sample before",
 }
-SPLITS = ("seed", "all", "train", "test")  # which part of its series an episode may have, see `places`
 EVEN = 1e-3  # share of the step by which times may be off
 ARGUMENTS = ("values", "step_s", "begin_s", "repeats")
 
