@@ -43,11 +43,15 @@ if TYPE_CHECKING:
     from cps_envs.core.policies.policy import RoleSpec as RoleSpec
     from cps_envs.core.policies.seen import Seen as Seen
     from cps_envs.hvac.houses import house as house
+    from cps_envs.hvac.weather_files import read_epw as read_epw
+    from cps_envs.hvac.weather_files import read_tmy3 as read_tmy3
 
 CORE = "cps_envs.core"
 KERNELS = ("borrowed", "clip", "inlined", "kernel", "pack", "records", "unpack", "view")
 HOMES = {  # name -> module, or module:attribute
     "house": "cps_envs.hvac.houses:house",
+    "read_epw": "cps_envs.hvac.weather_files:read_epw",
+    "read_tmy3": "cps_envs.hvac.weather_files:read_tmy3",
     "conformance": f"{CORE}.conformance",  # public checks of a problem of your own
     "types": f"{CORE}.types",
     **{name: f"{CORE}.compute.kernels:{name}" for name in KERNELS},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -166,6 +167,35 @@ def _require(holds: bool, message: str) -> None:
         raise ConfigurationError(message)
 
 
+class ForeignSettingWarning(UserWarning):
+    """A number of the paper's house meets another house."""
+
+
+def warn_if_foreign(config: HvacConfig) -> None:
+    """Warn of days on which nobody is honest that were not asked for, and of thresholds of another house."""
+    if config.compromised_weights and config.max_compromised >= config.num_sensors:
+        weights = config.compromised_weights
+        share = weights[config.num_sensors] / sum(weights)
+        warnings.warn(
+            f"compromised_weights = {weights} compromise all {config.num_sensors} sensors in {share:.0%} of the "
+            f"episodes, which no defender can tell; give {config.num_sensors} weights, for 0 to "
+            f"{config.num_sensors - 1} sensors.",
+            ForeignSettingWarning,
+            stacklevel=3,
+        )
+    own = [name for name in HOUSE if getattr(config, name) != getattr(PAPER, name)]
+    if own and config.thresholds_c2 == PAPER.thresholds_c2:
+        warnings.warn(
+            f"thresholds_c2 = {config.thresholds_c2} C2 is of the paper's house, and {own[0]} is another here: "
+            "cps_baselines.hvac.calibrated.calibrate finds the threshold of yours.",
+            ForeignSettingWarning,
+            stacklevel=3,
+        )
+
+
+HOUSE = (  # what a threshold depends on
+    *("heat_capacity_j_per_k", "wall_resistance_k_per_w", "link_zones", "link_resistance_k_per_w", "ground_zones"),
+)
 PAPER = HvacConfig()
 EASY = replace(
     PAPER,

@@ -10,7 +10,7 @@ import numpy as np
 from cps_envs.core.declare.config import of_bodies, over_time, series_in
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.building import AHEAD_H, discretise, modes, outdoor, places_of, rates, weather
-from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.config import HvacConfig, warn_if_foreign
 from cps_envs.hvac.controller import feedforward, gains
 from cps_envs.hvac.kalman import filter_gains, memory
 from cps_envs.hvac.moving_horizon import set_gains, warn_if_blind, window_gains
@@ -102,6 +102,7 @@ def build_model(config: HvacConfig) -> Model:
     eigenvalues, V = modes(config)
     powers = eigenvalues ** np.arange(config.window_steps + 1)[:, np.newaxis]
     warn_if_blind(condition, sensor_sets(config))
+    warn_if_foreign(config)
     filter_member = membership(config, filter_sets(config))
     filters = filter_gains(config, building, filter_member, zone)
     return Model(

@@ -28,6 +28,7 @@ ELSEWHERE = {
     "cps_envs/core/conformance/transport.py": "what a child process of a test prints",
     "cps_envs/core/compute/kernel_cache.py": "the package's own sources",
     "cps_envs/core/declare/traces.py": "lines of text that documents.py has read",
+    "cps_envs/hvac/weather_files.py": "lines of text that documents.py has read",
     "cps_envs/core/learning/scaling.py": "data of the package",
     "cps_envs/fdi/optima.py": "data of the package",
 }

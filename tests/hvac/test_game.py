@@ -465,9 +465,8 @@ def test_the_attacker_sees_the_choice_only_where_it_may(sees: bool) -> None:
         assert differs.any() == sees, name
         assert (told(game, "defender", **{name: other}) != told(game, "defender")).any(), name
     shown = seen(game, "attacker")
-    assert {name for name, values in shown.items() if not values.size} - {"reference_c"} == (
-        set() if sees else set(BY_CHOICE)
-    )
+    hidden = {name for name, values in shown.items() if not values.size}
+    assert hidden - {"reference_c"} == (set() if sees else set(BY_CHOICE))
     open_game = started((0, 1), "learning", compromised_weights=(0, 0, 1), attacker_sees_choice=True)
     go(open_game, 3, np.full(5, 0.2), num_steps=260)
     for name, values in seen(open_game, "attacker").items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
 from cps_envs.hvac.building import discretise
+from cps_envs.hvac.config import ForeignSettingWarning, warn_if_foreign
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.teams import Believers
@@ -125,7 +127,9 @@ def test_a_plan_prepares_for_the_set_points_to_come() -> None:
         temperatures.append([game.state.temperature[0].copy() for game in games])
     clip, planned = np.array(temperatures).swapaxes(0, 1)
     np.testing.assert_allclose(clip, planned, atol=2e-3)
-    assert clip[119].mean() > 18.2  # the step comes at 120
+    assert games[0].state.first[0] % 720 == 0
+    falls = -np.diff(clip.mean(axis=1))
+    assert falls[118] < 0.8 * falls[105]  # before the step at 120: heating begins to rise
     assert clip[-1] == pytest.approx([21.0] * 4, abs=0.3)
 
 
@@ -214,3 +218,20 @@ def test_a_file_fills_the_fields(tmp_path: Path) -> None:
 def test_what_does_not_fit_is_refused(change: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigurationError, match=said):
         HVAC.config("paper", change)
+
+
+def test_numbers_of_another_house_are_told_of() -> None:
+    house = {"heat_capacity_j_per_k": (0.5e6, 0.8e6, 0.6e6), "wall_resistance_k_per_w": (0.2, 0.1, 0.15),
+             "link_zones": (1, 2, 2, 3), "link_resistance_k_per_w": (0.02, 0.03), "ground_zones": (),
+             "num_sensors": 3}  # fmt: skip
+    config = HVAC.config("learning", house)
+    with pytest.warns(ForeignSettingWarning) as told:
+        warn_if_foreign(config)
+    assert [str(each.message).split()[0] for each in told] == ["compromised_weights", "thresholds_c2"]
+    assert "all 3 sensors in 20% of the episodes" in str(told[0].message)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mended = {"compromised_weights": (0.2, 0.4, 0.4), "thresholds_c2": (0.3, 0.3)}
+        warn_if_foreign(HVAC.config("learning", {**house, **mended}))
+        for preset in HVAC.presets:
+            warn_if_foreign(HVAC.config(preset, {}))

@@ -84,6 +84,7 @@ def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
         config=config,
         **{name: low + generator.uniform(0, 10, 64) for name, low in numbers.items()},
         **dict.fromkeys(("heating", "unknown_heat", "believed_heat", "residual", "mean_residual"), np.ones(64)),
+        reference_c=np.full(64, 25.0),
         compromised=np.arange(64) < 9,
         choice=17,
     )
@@ -140,7 +141,7 @@ def test_the_worst_zone_has_the_largest_error_since_the_onset() -> None:
     temperature = np.full((120, 4), 25.0)
     temperature[:105, 0] = 40.0
     temperature[105:, 2] = 24.0
-    curves = {"step": np.arange(120.0), "temperature": temperature}
+    curves = {"step": np.arange(120.0), "temperature": temperature, "reference_c": np.full((120, 4), 25.0)}
     before = {name: values[:105] for name, values in curves.items()}
     assert worst_zone(replace(UNDER_WAY, step=104), before) == 0
     assert worst_zone(replace(UNDER_WAY, step=119), curves) == 2

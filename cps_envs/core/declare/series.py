@@ -16,6 +16,7 @@ RULES = {  # of resampling: what a series is between two samples
     "hold": "as the sample before",
 }
 EVEN = 1e-3  # share of the step by which times may be off
+NEAR = 1e-6  # share of the step by which a time may lie before a sample that it means
 ARGUMENTS = ("values", "step_s", "begin_s", "repeats")
 
 
@@ -88,7 +89,7 @@ class Series:
     def at(self, times_s: FloatArray, rule: str) -> FloatArray:
         """The values (T, n) at some times (T,) by a rule of `RULES`; the first and the last row hold on outside."""
         rows = (np.asarray(times_s, np.float64) - self.begin_s) / self.step_s
-        count, whole = len(self.values), np.floor(rows + EVEN)
+        count, whole = len(self.values), np.floor(rows + NEAR)
         share = np.maximum(rows - whole, 0.0)[:, np.newaxis]
         index, following = whole.astype(np.int64), whole.astype(np.int64) + 1
         if self.repeats:
