@@ -113,7 +113,8 @@ def test_zones_have_set_points_of_their_own() -> None:
 
 def test_a_plan_prepares_for_the_set_points_to_come() -> None:
     """Without a limit in reach it is the gains with what set-points to come change, step by step."""
-    wide = {"max_heating_w": 1e6, "min_heating_w": -1e6, "num_levels": 1_000_000, "prediction_steps": 30}
+    wide = {"max_heating_w": 1e4, "min_heating_w": -1e4, "num_levels": 1_000_000}
+    wide |= {"prediction_steps": 30, "move_weight": 1e-4}
     morning = {**BRIEF, **SERIES, **wide, "reference_c": Series([18.0, 21.0], 4 * 3600.0, repeats=True)}
     games = []
     for controller in ("clip", "qp"):
@@ -128,8 +129,7 @@ def test_a_plan_prepares_for_the_set_points_to_come() -> None:
     clip, planned = np.array(temperatures).swapaxes(0, 1)
     np.testing.assert_allclose(clip, planned, atol=2e-3)
     assert games[0].state.first[0] % 720 == 0
-    falls = -np.diff(clip.mean(axis=1))
-    assert falls[118] < 0.8 * falls[105]  # before the step at 120: heating begins to rise
+    assert clip[119].mean() > clip[90].mean() + 0.1  # the step comes at 120
     assert clip[-1] == pytest.approx([21.0] * 4, abs=0.3)
 
 
