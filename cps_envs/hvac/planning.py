@@ -102,7 +102,7 @@ def shift(model: Model, planned: FloatArray) -> None:
 @inlined
 def see_rest(model: Model, episode: State, change: FloatArray, rest: FloatArray) -> None:
     """Fill `rest` (n,) with v."""
-    before = model.weather[episode.first[0] + max(episode.step[0] - 1, 0)]
+    before = model.weather[max(episode.first[0] + episode.step[0] - 1, 0)]
     for i in range(len(rest)):
         rest[i] = episode.fed[i] - model.B[i] * episode.integrator[i] - model.G[i] * before[i]
         for j in range(len(rest)):
