@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 from cps_envs.core.policies.trust import trust
-from cps_envs.registration import PROBLEMS, find_problem, learning_env, register_all
+from cps_envs.registration import PROBLEMS, find_problem, learning_env, load_config, register_all
 
 if TYPE_CHECKING:
     from cps_envs.core import conformance as conformance
@@ -84,7 +84,7 @@ except PackageNotFoundError:  # running from a source tree that is not installed
 
 register_all()
 
-__all__ = ["PROBLEMS", "__version__", "find_problem", "learning_env", "trust", *HOMES]
+__all__ = ["PROBLEMS", "__version__", "find_problem", "learning_env", "load_config", "trust", *HOMES]
 
 
 def __getattr__(name: str) -> Any:

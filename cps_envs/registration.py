@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -78,6 +81,35 @@ def learning_env(name: str, num_envs: int | None = None, **options: Any) -> Lear
 
     problem, role = find_role(name)
     return LearningVectorEnv(problem, role, num_envs, **options)
+
+
+@dataclass(frozen=True)
+class LoadedConfig:
+    """A system of one's own, as a configuration file describes it."""
+
+    problem: Problem
+    preset: str
+    overrides: Mapping[str, Any]  # changed fields
+    config: Any  # the configuration itself, as `play_episodes` takes it
+
+
+def load_config(path: str | os.PathLike[str]) -> LoadedConfig:
+    """The system in a TOML file, see `cps-envs list PROBLEM --config`. Environments take the path itself as `config`.
+
+    Raises:
+        DamagedFileError: the file is no TOML, or has other entries than such a file.
+        ConfigurationError: it is not there, or has fields that cannot be right.
+        UnknownNameError: there is no such problem.
+    """
+    from cps_envs.core.game.configuration_file import read_configuration
+
+    found = read_configuration(path)
+    try:
+        problem = find_problem(found.problem)
+    except UnknownNameError as error:
+        raise UnknownNameError(f"{found.path}: {error}") from error
+    preset, overrides = replace(found, problem=problem.name).of(problem, None, {})
+    return LoadedConfig(problem, preset, overrides, problem.config(preset, overrides))
 
 
 def register_all() -> None:

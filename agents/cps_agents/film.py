@@ -36,20 +36,21 @@ def show_meeting(meeting: Meeting, film: Film | None, as_json: bool) -> None:
     """Play a meeting, filming its first episode, and print the metrics."""
     problem, config, seed = find_problem(meeting.problem), meeting.venue.config, meeting.first_seed
     players: dict[Role, str] = {"attacker": meeting.attacker, "defender": meeting.defender}
-    outcome, paid = _play(problem, config, players, range(seed, seed + meeting.episodes), film)
+    outcome, game = _play(problem, config, players, range(seed, seed + meeting.episodes), film)
     heading = {"problem": problem.name, "preset": meeting.venue.preset, "config": config} | dict(players)
     if as_json:
         print_json(_document(heading, seed, outcome))
     else:
         _print(out(), heading, seed, outcome)
-        unit = f", in {problem.unit}" if problem.unit else ""
-        out().print(f"The return is what the attacker is paid{unit}: {' + '.join(paid)}.")
+        unit = f", in {problem.unit}" if problem.unit and game.objective is None else ""
+        paid = " + ".join(game.payoff_parts) if game.objective is None else game.objective.formula
+        out().print(f"The return is what the attacker is paid{unit}: {paid}.", markup=False)
 
 
 def _play(
     problem: Problem, config: Any, players: Mapping[Role, str], seeds: range, film: Film | None
-) -> tuple[dict[str, Array], tuple[str, ...]]:
-    """Metrics by name, each (episodes,), and which of them add up to the return."""
+) -> tuple[dict[str, Array], Game]:
+    """Metrics by name, each (episodes,), and the game."""
     with built_by_user():
         match = problem.match(config, len(seeds), players)
         match.reset(np.ones(len(seeds), np.bool_), seeded(seeds))
@@ -62,7 +63,7 @@ def _play(
                 payoff = play_shown(match, film, problem, lambda done, _: progress.update(done))
             note(f"Shown: seed {seeds[0]} ({film.target}).")
     metrics = {name: np.array(values) for name, values in match.game.metrics().items()}
-    return {"return": payoff, **metrics}, match.game.payoff_parts
+    return {"return": payoff, **metrics}, match.game
 
 
 def _document(heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array]) -> dict[str, Any]:

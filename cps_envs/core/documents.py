@@ -13,6 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
 MOST_BYTES = 64 * 2**20  # of a document
 SHORT_NUMBER = re.compile(r"[+-]?(\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?")  # Python's, not JSON's
 MOST_DEPTH = 60  # of lists and objects inside one another
@@ -140,6 +145,38 @@ def entry_of(text: str, source: Source) -> Entry:
         return Entry(parse(text), source)
     except ValueError as error:
         raise source.error(error) from error
+
+
+def read_toml(path: Path, kind: str, remedy: str, most_bytes: int = MOST_BYTES) -> Entry:
+    """The document of a TOML file.
+
+    Raises:
+        DamagedFileError: it is too large, no TOML, nested too deeply, or has values that JSON does not have, such as
+            dates and NaN.
+        OSError: it cannot be read.
+    """
+    source = Source(str(path), kind, remedy)
+    try:
+        found = tomllib.loads(_decoded(read_bytes(path, most_bytes)).removeprefix("\ufeff"))
+        if _is_deep(found):
+            raise ValueError("it is nested too deeply")
+    except RecursionError as error:
+        raise source.error("it is nested too deeply") from error
+    except ValueError as error:
+        raise source.error(error) from error
+    _check_json(Entry(found, source))
+    return Entry(found, source)
+
+
+def _check_json(entry: Entry) -> None:
+    """That a document has only what JSON can have."""
+    inner = entry.entries().values() if isinstance(entry.value, dict) else ()
+    for each in entry.rows() if isinstance(entry.value, list) else inner:
+        _check_json(each)
+    if isinstance(entry.value, float) and not math.isfinite(entry.value):
+        raise entry.error("a finite number")
+    if not isinstance(entry.value, (dict, list, str, int, float, bool)):
+        raise entry.error("a number, a text, true or false, or a list of them")
 
 
 def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:

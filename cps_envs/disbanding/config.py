@@ -16,6 +16,7 @@ from cps_envs.core.declare.config import (
     quantity,
     validate,
 )
+from cps_envs.core.declare.objective import Payoff, objective
 from cps_envs.core.errors import ConfigurationError
 
 TABLE = "Table 2.1"
@@ -109,6 +110,7 @@ class DisbandingConfig:
     driver_headway_s: Range = quantity(1.5, unit="s", low=0.1, high=10, source=f"{TABLE}: h, per driver", ranged=True)
     collision_penalty: float = quantity(0.0, unit="points of E_v", low=0, high=100, source="chosen: per 100/M vehicles")
     on_collision: str = quantity("continue", choices=("continue", "end"), source="chosen: ghosts go on, or the end")
+    payoff: Payoff = objective({"velocity_error": {}}, source="(2.8), see `payoff_set`, and penalties; others chosen")
     payoff_set: str = quantity("all", choices=("all", "intact_now"), source="chosen: whose speed errors are paid")
     defense_action: str = quantity(
         "vehicle", choices=("vehicle", "platoon"), source="chosen: one correction for each", form=("defender",)

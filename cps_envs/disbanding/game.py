@@ -41,7 +41,8 @@ class DisbandingGame(Game):
     Defender: Box (M,) front to rear, or (N,) with row i - 1 for platoon i. Times u_max - u_min it is the correction of
     the commanded acceleration, held for the period. Vehicles that are not mitigable ignore it.
 
-    Payoff: the increase of E_v (2.8) in percent, plus the collision penalty and the charge of an early end.
+    Payoff: the increase of E_v (2.8) in percent, plus the collision penalty and the charge of an early end, or what
+    `payoff` says.
     """
 
     name = "disbanding"
@@ -79,6 +80,7 @@ class DisbandingGame(Game):
         self._rules, self._spread, self._builds = pack(rules), spread(config), hold(builds_of(config))
         self._chances, self._circumstances = chances_of(config), circumstances_of(config)
         self._allocate()
+        self.pay_as_configured()
 
     def _allocate(self) -> None:
         config, envs = self.config, self.num_envs

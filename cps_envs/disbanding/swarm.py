@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.declare.objective import is_own
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policies.team import Team
+from cps_envs.core.policies.team import Team, shared_alike
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.fields import vehicle_fields
@@ -20,6 +21,7 @@ class VehicleTeam(Team):
     With `swarm_reward="team"` all share minus the attacker's payoff. With `"local"` each is paid for its own part of
     it: its speed error, 100/K_s |v - v_d|/v_d / M per integration step, and its own collision. What has no owner, such
     as the charge of an early end, all bear alike. So the parts of all vehicles sum to minus the payoff.
+    Another `payoff` all bear alike, too.
     `elapsed` (B,) is the game's own count of its steps, `budget` (B,) the attacks that are left.
     """
 
@@ -49,6 +51,8 @@ class VehicleTeam(Team):
         """Rewards (B, M) of the last step."""
         if self._config.swarm_reward == "team":
             return np.repeat(-payoff[:, np.newaxis], len(self.agents), axis=1)
+        if not is_own(self._config):
+            return shared_alike(payoff, len(self.agents))
         before, self._charged = self._charged, self._charges()
         fresh = self._elapsed[:, np.newaxis] <= 1
         own = np.where(fresh, 0.0, before) - self._charged

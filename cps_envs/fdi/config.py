@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cps_envs.core.declare.config import Bodies, Range, bounds, check_bodies, is_multiple, quantity, validate
+from cps_envs.core.declare.objective import Payoff, objective
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.model import DISCRETISATIONS, Model, platoon_model
@@ -56,6 +57,7 @@ class FdiConfig:
         choices=("collision", "instability"),
         source="sections 3.4 and 3.3: paid is the impact speed, or what the errors (3.20) of `paid_pair` have grown",
     )
+    payoff: Payoff = objective({"goal": {}}, source="chosen: what `goal` says and the defender's charges, or other pay")
     max_correction_mps2: float = quantity(2.0, unit="m/s2", low=0.1, high=20, source="chosen: c_max of the defender")
     correction_levels: int = quantity(
         4, low=1, high=100, source="chosen: steps between 0 and c_max", form=("defender",)

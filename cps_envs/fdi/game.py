@@ -49,7 +49,7 @@ class FdiGame(Game):
     those that are used now. What the attacker injects is added to the readings of the next step.
 
     Payoff: the impact speed at the end (m/s), or with goal "instability" the growth of the errors in each step (m).
-    The defender's charges for replaced readings and corrections are added.
+    The defender's charges for replaced readings and corrections are added. Or what `payoff` says.
     """
 
     name = "fdi"
@@ -86,6 +86,7 @@ class FdiGame(Game):
         self._episodes: IntArray = np.arange(num_envs)
         self._waiting: IntArray = np.repeat(self.neutral_action["attacker"][np.newaxis], num_envs, axis=0)
         self._trusting: IntArray = np.zeros((num_envs, 0), np.int64)
+        self.pay_as_configured()
 
     def _set_actions(self) -> None:
         config, n, readings = self.config, self.config.num_vehicles, self.config.num_readings

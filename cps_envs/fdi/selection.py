@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.declare.objective import is_own
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import TASK_GROUPS, FdiConfig
@@ -51,7 +52,7 @@ def certificates(config: FdiConfig, tasks: Sequence[Task]) -> Certificates:
     """
     records, references = known(config), known_within(config)
     drawn = config.gap_spread_m > 0 or config.speed_spread_mps > 0 or config.gain_spread > 0
-    paid = config.goal == "collision" and config.paid_pair == "target"
+    paid = config.goal == "collision" and config.paid_pair == "target" and is_own(config)
     exact = config.limits == "hard" and paid and not drawn and not config.disturbed
     bounds = [records[task].bound_mps if task in records else 0.0 for task in tasks]
     values = [references[task].value_mps or 0.0 if task in references else 0.0 for task in tasks]

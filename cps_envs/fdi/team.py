@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.declare.objective import is_own
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policies.team import Team
+from cps_envs.core.policies.team import Team, shared_alike
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
@@ -63,7 +64,9 @@ class SensorTeam(Team):
         return hidden_from_sensors(self._config, self._state, self._tasks[self._state.task], self._gaps)
 
     def rewards(self, payoff: FloatArray) -> FloatArray:
-        """Rewards (B, A) of the last step, or of steps under one held action."""
+        """Rewards (B, A) of the last step, or of steps under one held action; equal shares of another `payoff`."""
+        if not is_own(self._config):
+            return shared_alike(payoff, len(self.agents))
         impact = np.where(self._over, np.minimum(self._metrics["impact_speed_mps"], payoff), 0.0)
         charges = self._charges()
         total = charges.sum(axis=1)

@@ -32,7 +32,6 @@ from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
 from cps_envs.hvac.teams import Believers, Liars, SensorTeam
 
 READINGS = 0  # the choice of the raw readings
-PAID = {"impact": "a_impact", "discomfort": "discomfort_h", "energy": "attack_kwh"}  # metric that is paid
 
 
 class Views(NamedTuple):
@@ -62,8 +61,7 @@ class HvacGame(Game):
     Kalman filters, if the configuration offers any (`sensors.filter_sets`). Before the window of N_e samples is full
     only 0 and sets + 1 are legal, and all but 0 mean the recursive least squares of all sensors.
 
-    Payoff: |x(k + 1) - x_r|^2 / T_a from the onset on, so that the return is A_impact (4.19). With another `payoff` it
-    is the hours that zones are out of comfort, or the heating in kWh, from the onset on.
+    Payoff: |x(k + 1) - x_r|^2 / T_a from the onset on, so that the return is A_impact (4.19), or what `payoff` says.
     """
 
     name = "hvac"
@@ -88,7 +86,7 @@ class HvacGame(Game):
             "defender": spaces.Discrete(choices),
         }
         self.neutral_action = {"attacker": np.zeros(entries), "defender": np.array(READINGS)}
-        self.payoff_parts = (PAID[config.payoff],)
+        self.payoff_parts = ("a_impact",)
         heat, *forecast = (bounds(size)[1] > 0 for size in disturbances(config))
         self.state: State = allocate(num_envs, self.constants, self.rules, drifting=heat, misforecast=any(forecast))
         self._views = Views(
@@ -105,6 +103,7 @@ class HvacGame(Game):
         self._legal = np.ones((2, choices), np.int8)  # choices before the window is full, and from then on
         self._legal[0, 1:] = 0
         self._legal[0, len(self.constants.member) + 1] = 1
+        self.pay_as_configured()
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += self.num_envs
@@ -212,7 +211,7 @@ def step(
         if envs[b]:
             episode, scratch, desk = view(batch.state, b), lend(room), lend(table)
             if episode.step[0] == 0:
-                payoff[b] = paid_at_start(model, rules, episode)
+                payoff[b] = paid_at_start(rules, episode)
             for _ in range(num_steps):
                 choose(model, rules, episode, choices[b], scratch.change)
                 count_choice(model, rules, episode)

@@ -37,8 +37,6 @@ class Rules(NamedTuple):
     filter_memory: float  # phi of `kalman`
     innovation_share: float  # of the newest innovation in their mean
     comfort_c: float
-    pays_discomfort: bool
-    pays_energy: bool
     any_base: bool  # the attacker's action ends with what its readings are based on
     white_box: bool  # the attacker sees the temperatures and the control loop
     sees_choice: bool  # and what the defender chose
@@ -144,8 +142,6 @@ def rules_of(config: HvacConfig) -> Rules:
         "on_levels": config.controller == "levels",
         "filter_memory": memory(config),
         "innovation_share": min(1.0, config.step_s / (3600.0 * MEAN_H)),
-        "pays_discomfort": config.payoff == "discomfort",
-        "pays_energy": config.payoff == "energy",
         "any_base": config.attack_action == "any",
         "white_box": config.attacker_view == "white",
         "sees_choice": config.attacker_sees_choice,

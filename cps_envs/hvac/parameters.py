@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from cps_envs.core.declare.config import Bodies, IntRange, OverTime, Range, bounds, extremes, quantity
+from cps_envs.core.declare.objective import Payoff, objective
 from cps_envs.core.declare.places import SPLITS
 from cps_envs.core.types import ROLES
 
@@ -132,9 +133,8 @@ class Parameters:
     filter_memory_h: float = quantity(
         4.0, unit="h", low=0.01, high=1e4, source="chosen: memory of the heat that these filters expect"
     )
-    payoff: str = quantity(
-        "impact",
-        choices=("impact", "discomfort", "energy"),
+    payoff: Payoff = objective(
+        {"impact": {}, "discomfort": {"discomfort_h": 1.0}, "energy": {"attack_kwh": 1.0}},
         source="chosen: what the attacker is paid, A_impact (4.19), hours of zones out of comfort, or heating",
     )
     comfort_c: float = quantity(

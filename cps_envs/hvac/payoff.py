@@ -1,4 +1,4 @@
-"""What is measured and paid: A_impact (4.19), discomfort or heating, and what tells how it came about."""
+"""What is measured: A_impact (4.19), which is paid, discomfort and heating, and what tells how it came about."""
 
 from __future__ import annotations
 
@@ -54,17 +54,13 @@ def count_errors(model: Model, rules: Rules, episode: State) -> float:
     episode.squared_error[0] += square
     metrics.discomfort_h += hours
     metrics.attack_kwh += kwh
-    if rules.pays_discomfort:
-        return hours
-    return kwh if rules.pays_energy else square / attacked_states(rules, episode)
+    return float(square / attacked_states(rules, episode))
 
 
 @inlined
-def paid_at_start(model: Model, rules: Rules, episode: State) -> float:
+def paid_at_start(rules: Rules, episode: State) -> float:
     """The attacker's payoff for x(0), which an attack from there on counts."""
-    if rules.pays_discomfort:
-        return float(episode.metrics[0].discomfort_h)
-    return 0.0 if rules.pays_energy else float(episode.squared_error[0] / attacked_states(rules, episode))
+    return float(episode.squared_error[0] / attacked_states(rules, episode))
 
 
 @inlined

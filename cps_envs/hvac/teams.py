@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cps_envs.core.declare.objective import is_own
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 from cps_envs.hvac.config import HvacConfig
@@ -85,7 +86,7 @@ class Believers(SensorTeam):
         return -payoff[:, np.newaxis] * self._shares()
 
     def _shares(self) -> FloatArray:
-        if self._config.payoff != "impact":
+        if not is_own(self._config):
             return self._alike
         squares = self._errors() ** 2
         total = squares.sum(axis=1, keepdims=True)

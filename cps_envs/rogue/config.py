@@ -19,6 +19,7 @@ from cps_envs.core.declare.config import (
     validate,
 )
 from cps_envs.core.declare.cycles import shipped_cycle
+from cps_envs.core.declare.objective import Payoff, objective
 from cps_envs.core.declare.places import SPLITS, Places, place_episodes
 from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
@@ -108,6 +109,7 @@ class RogueConfig:
     neutral_controller: str = quantity("linear", choices=("linear", "sliding"), source=NEUTRAL)
     formation_cost: str = quantity("scattering", choices=("scattering", "log_place", "open_place"), source=COST)
     formation_weight_mps2: float = quantity(0.0, unit="m/s2", low=0, high=10, source="chosen: w, price of scattering")
+    payoff: Payoff = objective({"damage": {}}, source="(5.8): D and w times the formation cost; others chosen")
     spacing_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial separations +- this")
     speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial speeds +- this")
     range_noise_m: float = quantity(0.0, unit="m", low=0, high=5, source=NOISE)

@@ -44,7 +44,8 @@ class RogueGame(Game):
     Box (n - 1,), accelerations. `"either"`: MultiDiscrete with `actions.LEVELS` of them after the controllers.
     With `orders="all"` for each vehicle: the seized one ignores its own from the onset on.
 
-    Payoff: the increase of the damage D (5.8), plus w times the increase of the formation cost. Nothing terminates.
+    Payoff: the increase of the damage D (5.8), plus w times the increase of the formation cost, or what `payoff` says.
+    Nothing terminates.
     """
 
     name = "rogue"
@@ -85,6 +86,7 @@ class RogueGame(Game):
         self._orders = np.full((num_envs, ordered, 2), (COMMANDED, 0))
         self._usual = self._moves(self._neutral["defender"])
         self._measured = Metrics._fields if config.hidden else Metrics._fields[:-HIDDEN_ONLY]
+        self.pay_as_configured()
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += 1

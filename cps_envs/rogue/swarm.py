@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.policies.team import Team
+from cps_envs.core.declare.objective import is_own
+from cps_envs.core.policies.team import Team, shared_alike
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.fields import vehicle_fields
@@ -50,8 +51,11 @@ class VehicleTeam(Team):
         """Rewards (B, k) since the last call in this episode, which sum to minus the payoff (B,) since then.
 
         The damage of a pair is charged to its two vehicles in equal parts, and what is left, the formation charge, to
-        all that the platoon has. What would fall to the seized vehicle, once it is driven, falls to the others.
+        all that the platoon has. What would fall to the seized vehicle, once it is driven, falls to the others. Another
+        `payoff` is shared alike.
         """
+        if not is_own(self._config):
+            return shared_alike(payoff, len(self.agents))
         same = (self._episodes == self._charged_in)[:, np.newaxis]
         damage = self._damage - np.where(same, self._charged, 0.0)
         self._charged, self._charged_in = self._damage.copy(), self._episodes.copy()

@@ -18,7 +18,9 @@ from cps_agents.console import to_json
 from cps_agents.files import write_json
 from cps_agents.machine import versions
 from cps_agents.zoo.card import SHIPPED
+from cps_agents.zoo.references import hash_of_code
 from cps_envs import PROBLEMS
+from cps_envs.core.declare.objective import weights_of
 from cps_envs.core.documents import DamagedFileError, read_entry
 
 LONGEST_NAME = 90  # of a file, before its hash
@@ -74,7 +76,11 @@ def identity(job: Job) -> dict[str, Any]:
     plain = {"kind": job.kind, **asdict(cast(Any, job))}
     plain.pop("label", None)
     venue = getattr(job, "venue", None)
-    return plain if venue is None else {**plain, "venue": {"problem": venue.problem, "config": asdict(venue.config)}}
+    if venue is None:
+        return plain
+    place = {"problem": venue.problem, "config": asdict(venue.config)}
+    paid = weights_of(venue.config)
+    return {**plain, "venue": place | ({"payoff_code": hash_of_code(paid)} if isinstance(paid, str) else {})}
 
 
 @lru_cache

@@ -16,12 +16,14 @@ from cps_agents.commands.options import (
     AsJson,
     BudgetS,
     Changes,
+    Config,
     Fresh,
     Jobs,
     Knobs,
     Meetings,
     Oracles,
     Steps,
+    described,
     role_named,
 )
 from cps_agents.console import assignments, note, out, print_json
@@ -62,6 +64,7 @@ def best_response(
     ] = None,
     oracle: Oracles = None,
     preset: Annotated[str | None, typer.Option(help=PRESET)] = None,
+    config: Config = None,
     overrides: Changes = None,
     knobs: Knobs = None,
     steps: Steps = None,
@@ -88,13 +91,14 @@ def best_response(
     better response may exist that nobody found.
     """
     if entry is not None:
-        if attacker or defender or preset or overrides:
-            raise CommandError("--entry names opponent and game: leave out --attacker, --defender, --preset and --set")
+        if attacker or defender or preset or overrides or config:
+            raise CommandError("--entry names opponent and game: leave out --attacker, --defender, --preset, --config")
         if episodes < LEAST_EPISODES:
             raise CommandError(f"--entry takes --episodes {LEAST_EPISODES} or more: the board says how sure a pay is")
         attacker, defender, preset = _entered(entry, problem, role_named(role))
     mine, against = role_named(role), _against(role_named(role), attacker, defender)
-    question, oracles = _question(problem, mine, mix(against, _weights(weights)), oracle, preset, overrides, episodes)
+    asked = described(find_problem(problem), preset, config, overrides)
+    question, oracles = _question(problem, mine, mix(against, _weights(weights)), oracle, asked, episodes)
     oracles = in_venue(oracles, question.venue, assignments(knobs or [], "--knob", "learning_rate=0.001"))
     spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, resume=resume)
     value = None if league is None else league_value(league, question.venue)
@@ -153,14 +157,13 @@ def _question(
     mine: Role,
     strategy: Strategy,
     names: list[str] | None,
-    preset: str | None,
-    overrides: list[str] | None,
+    asked: tuple[str | None, dict[str, Any]],
     episodes: int,
 ) -> tuple[Question, list[Oracle]]:
-    """What is asked, and who is to respond."""
+    """What is asked, in the preset and with the changed fields of `asked`, and who is to respond."""
     oracles = choose_oracles(problem, mine, names or KINDS)
     recipe = next((each.recipes[0] for each in oracles if each.name != SEARCHES), usual_recipe(problem, mine))
-    venue = venue_against(strategy, recipe, preset, assignments(overrides or []))
+    venue = venue_against(strategy, recipe, *asked)
     return Question(mine, strategy, venue, episodes), oracles
 
 

@@ -14,8 +14,8 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import AsJson, Changes
-from cps_agents.console import assignments, note, out, print_json
+from cps_agents.commands.options import AsJson, Changes, Config, described
+from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_at, write_text
 from cps_agents.machine import available_cores, describe
@@ -23,6 +23,7 @@ from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
 from cps_agents.workers import Workers
 from cps_baselines.fdi.sweep import Certificate, certify_all, open_tasks, paper_tasks, sweep
+from cps_envs.core.declare.objective import is_own
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.optima import (
@@ -41,7 +42,10 @@ from cps_envs.fdi.task import Task, parse_task
 
 
 def certify(
-    preset: Annotated[str, typer.Option(help="Use this preset of the problem fdi, such as paper or drawn.")],
+    preset: Annotated[
+        str | None, typer.Option(help="Use this preset of the problem fdi, such as paper or drawn.")
+    ] = None,
+    file: Config = None,
     settings: Changes = None,
     task: Annotated[
         list[str] | None,
@@ -73,7 +77,12 @@ def certify(
     the best attack found, and a bound that no attack exceeds. Press Ctrl-C at any time: finished tasks are kept, and
     the same command continues.
     """
-    config = FDI.config(preset, assignments(settings or []))
+    preset, values = described(FDI, preset, file, settings)
+    if preset is None:
+        raise CommandError("name what is certified: --preset NAME, such as paper or drawn, or in the --config file")
+    config = FDI.config(preset, values)
+    if not is_own(config):
+        raise CommandError("certificates are of the impact speed: leave `payoff` out")
     limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores()}
     if episodes is not None:
         path = to or Path("results") / "certificates" / f"{preset}-episodes.json"

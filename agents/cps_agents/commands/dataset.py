@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Preset
-from cps_agents.console import assignments, err, note, print_json
+from cps_agents.commands.options import AsJson, Attacker, Changes, Config, Defender, Preset, described
+from cps_agents.console import err, note, print_json
 from cps_agents.datasets import dataset_name, write_dataset
 from cps_envs import find_problem
 from cps_envs.core.declare.seeds import TRAINING_START
@@ -28,6 +28,7 @@ def dataset(
     attacker: Attacker = None,
     defender: Defender = None,
     preset: Preset = None,
+    config: Config = None,
     overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, max=10_000_000, help="Record so many episodes.")] = 100,
     seed: Annotated[
@@ -45,10 +46,9 @@ def dataset(
     minari.load_dataset(ID). Evaluations and scores never use the seeds of these episodes.
     """
     found = find_problem(problem)
-    changes = dict(assignments(overrides or []))
-    preset = preset or found.usual_preset
+    chosen, changes = described(found, preset, config, overrides)
+    preset = chosen or found.usual_preset
     usual = found.opponents.get(preset, {})
-    found.config(preset, changes)
     players: dict[Role, str] = {
         "attacker": attacker or usual["attacker"],
         "defender": defender or usual["defender"],

@@ -17,15 +17,17 @@ from cps_agents.commands.options import (
     AsJson,
     Attackers,
     Changes,
+    Config,
     Defenders,
     Fresh,
     Jobs,
     Meetings,
     Preset,
     conclude,
+    described,
     role_named,
 )
-from cps_agents.console import assignments, note, out, print_json
+from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 from cps_agents.evaluation import Standing, compare, is_better
 from cps_agents.machine import available_cores, describe
@@ -49,6 +51,7 @@ def evaluate(
     defender: Defenders = None,
     baseline: Annotated[list[str] | None, typer.Option(help=BASELINE)] = None,
     preset: Preset = None,
+    config: Config = None,
     overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Play so many episodes with each training seed.")] = 50,
     first_seed: Annotated[
@@ -68,13 +71,12 @@ def evaluate(
     by episode, and count the training seeds of both. Trained policies see and act in the form they were trained in.
     """
     known, found = role_named(role), find_problem(problem)
-    preset = preset or found.usual_preset
+    chosen, values = described(found, preset, config, overrides)
+    preset = chosen or found.usual_preset
     named: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     policy = named[known]
     if not policy:
         raise CommandError(f"name the {known}s to judge: --{known} NAME")
-    values = assignments(overrides or [])
-    found.config(preset, values)
     opponents = named[other(known)] or [found.opponents[preset][other(known)]]
     venue = Venue(problem, preset, values)
     if first_seed + episodes > MOST:

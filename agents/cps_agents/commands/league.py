@@ -15,6 +15,7 @@ from cps_agents.commands.options import (
     AsJson,
     Attackers,
     Changes,
+    Config,
     Defenders,
     Fresh,
     Html,
@@ -22,8 +23,9 @@ from cps_agents.commands.options import (
     Meetings,
     Preset,
     conclude,
+    described,
 )
-from cps_agents.console import assignments, out, print_json
+from cps_agents.console import out, print_json
 from cps_agents.files import alone_in, write_figure, write_json, write_text
 from cps_agents.league.league import League, asked, play_league
 from cps_agents.league.report import document, draw, rows_as_csv, tables, verdict
@@ -46,6 +48,7 @@ def league(
         bool, typer.Option("--oracles", help="`all` includes policies that know more than they observe.")
     ] = False,
     preset: Preset = None,
+    config: Config = None,
     overrides: Changes = None,
     episodes: Annotated[
         int, typer.Option(min=1, max=MOST, help="Play so many episodes of each pair, on seeds 0, 1, ...")
@@ -68,8 +71,9 @@ def league(
     """
     require("scipy", extra="baselines", purpose="a league")
     require("matplotlib", extra="baselines", purpose="a league's heat map")
-    preset = preset or find_problem(problem).usual_preset
-    venue = Venue(problem, preset, assignments(overrides or []))
+    game = find_problem(problem)
+    chosen, values = described(game, preset, config, overrides)
+    venue = Venue(problem, chosen or game.usual_preset, values)
     references: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     started = time.monotonic()
     with alone_in(folder):

@@ -8,14 +8,17 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.catalogue import describe_problem
-from cps_agents.commands.options import AsJson
+from cps_agents.commands.options import AsJson, Preset
 from cps_agents.console import out, print_json
+from cps_agents.errors import CommandError
 from cps_agents.sheet import Cell, Sheet, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import EXTRAS
+from cps_envs.core.game.configuration_file import template
 from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES
 
+CONFIG = "Write a configuration file with every field of one problem."
 TOLD = "Told: knows more than it observes. "
 
 
@@ -23,12 +26,22 @@ def show(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[PROBLEM]...", help="Show the policies of these, such as hvac.")
     ] = None,
+    config: Annotated[bool, typer.Option("--config", help=CONFIG)] = False,
+    preset: Preset = None,
     as_json: AsJson = False,
 ) -> None:
     """Show the problems and their policies.
 
     Without a name: the problems, on one screen. With a problem's name: its environments, presets and policies.
+    `cps-envs list hvac --config > my_house.toml` writes a file to change, which every command takes with --config.
     """
+    if config:
+        if len(names or ()) != 1 or as_json:
+            raise CommandError("a configuration file is for one problem: cps-envs list PROBLEM --config > FILE.toml")
+        typer.echo(template(find_problem((names or [])[0]), preset), nl=False)
+        return
+    if preset is not None:
+        raise CommandError("--preset goes with --config: it says what the configuration file starts from")
     if as_json:
         print_json([describe_problem(each) for each in (map(find_problem, names) if names else PROBLEMS.values())])
     elif names:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from cps_agents.console import note
+from cps_agents.console import assignments, note
 from cps_agents.errors import CommandError
+from cps_envs.core.declare.objective import foreign_pay
+from cps_envs.core.game.configuration_file import ARGUMENT, with_file
+from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role
 
 MEETINGS = Path("results/meetings")
@@ -29,6 +32,8 @@ Html = Annotated[Path | None, typer.Option(metavar="DIR", help="Also write a pag
 Changes = Annotated[
     list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
 ]
+CONFIG = "A system of your own, see `list PROBLEM --config`; --set wins over it."
+Config = Annotated[Path | None, typer.Option("--config", metavar="FILE.toml", help=CONFIG)]
 Knobs = Annotated[
     list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Change a knob; may be repeated.")
 ]
@@ -51,6 +56,24 @@ def role_named(text: str) -> Role:
     if found is None:
         raise CommandError(f"{text!r} is not a role: write attacker or defender")
     return found
+
+
+def described(
+    problem: Problem, preset: str | None, config: Path | None, changes: Sequence[str] | None
+) -> tuple[str | None, dict[str, Any]]:
+    """The preset and the changed fields that a user asks for: those of a configuration file, then those of --set.
+
+    The preset is None where neither the file nor the user names one.
+
+    Raises:
+        DamagedFileError: the file is no configuration.
+        ConfigurationError: it is for another problem or preset, or a field cannot be right.
+        ValueError: a change is not written as FIELD=VALUE.
+    """
+    chosen, values = with_file(problem, preset, {**assignments(changes or []), ARGUMENT: config})
+    if foreign := foreign_pay(problem.name, problem.config(chosen, values)):
+        note(f"Note: {foreign}.")
+    return chosen, values
 
 
 def conclude(files: Sequence[Path], reused: int = 0, *notes: str) -> None:

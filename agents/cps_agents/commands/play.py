@@ -8,8 +8,7 @@ import typer
 
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.venue import Venue
-from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Preset
-from cps_agents.console import assignments
+from cps_agents.commands.options import AsJson, Attacker, Changes, Config, Defender, Preset, described
 from cps_agents.film import Film, show_meeting
 from cps_envs import find_problem
 
@@ -21,6 +20,7 @@ def play(
     attacker: Attacker = None,
     defender: Defender = None,
     preset: Preset = None,
+    config: Config = None,
     overrides: Changes = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others count up.")] = 0,
     episodes: Annotated[int, typer.Option(min=1, help="Play so many episodes, as one batch.")] = 1,
@@ -34,9 +34,9 @@ def play(
     as_json: AsJson = False,
 ) -> None:
     """Play one attacker against one defender: print the metrics, or film the episode."""
-    found, values = find_problem(problem), assignments(overrides or [])
-    preset = preset or found.usual_preset
-    found.config(preset, values)  # which refuses unknown ones
+    found = find_problem(problem)
+    chosen, values = described(found, preset, config, overrides)
+    preset = chosen or found.usual_preset
     usual = found.opponents[preset]
     pair = (attacker or usual["attacker"], defender or usual["defender"])
     film = Film(render, fps, speed, at) if render is not None else None

@@ -12,8 +12,19 @@ from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.arena.venue import Venue
 from cps_agents.commands.league import MOST
-from cps_agents.commands.options import MEETINGS, Attackers, Changes, Defenders, Fresh, Jobs, Meetings, Preset
-from cps_agents.console import assignments, note
+from cps_agents.commands.options import (
+    MEETINGS,
+    Attackers,
+    Changes,
+    Config,
+    Defenders,
+    Fresh,
+    Jobs,
+    Meetings,
+    Preset,
+    described,
+)
+from cps_agents.console import note
 from cps_agents.files import alone_in
 from cps_agents.league.league import asked
 from cps_agents.machine import available_cores
@@ -34,6 +45,7 @@ def report(
     attacker: Attackers = None,
     defender: Defenders = None,
     preset: Preset = None,
+    config: Config = None,
     overrides: Changes = None,
     episodes: Annotated[
         int | None, typer.Option(min=1, max=MOST, help="Of each pair; default: 10, with --quick 2.")
@@ -64,13 +76,11 @@ def report(
     curves, sheets = read_curves(runs or []), read_sheets(paper or [])
     references: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     names, count = problems or list(PROBLEMS), episodes or (QUICK_EPISODES if quick else EPISODES)
-    values = assignments(overrides or [])
     venues = []
     for name in names:
         found = find_problem(name)
-        chosen = preset or found.usual_preset
-        found.config(chosen, values)
-        venues.append(Venue(name, chosen, values))
+        chosen, values = described(found, preset, config, overrides)
+        venues.append(Venue(name, chosen or found.usual_preset, values))
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
         tables = [asked(venue, references, count) for venue in venues]

@@ -16,6 +16,7 @@ from cps_agents.commands.options import (
     Attackers,
     BudgetS,
     Changes,
+    Config,
     Defenders,
     Fresh,
     Jobs,
@@ -23,6 +24,7 @@ from cps_agents.commands.options import (
     Oracles,
     Preset,
     Steps,
+    described,
 )
 from cps_agents.console import assignments, err, note, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
@@ -38,6 +40,7 @@ from cps_agents.machine import available_cores, describe
 from cps_agents.recipes.finding import usual_recipe
 from cps_agents.workers import Workers
 from cps_agents.zoo.references import form_of
+from cps_envs import find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES, Role
 
@@ -49,6 +52,7 @@ def self_play(
     defender: Defenders = None,
     oracle: Oracles = None,
     preset: Preset = None,
+    config: Config = None,
     overrides: Changes = None,
     knobs: Annotated[
         list[str] | None,
@@ -72,12 +76,13 @@ def self_play(
     """
     require("matplotlib", extra="baselines", purpose="the figure of self-play")
     given = assignments(knobs or [], "--knob", "learning_rate=0.001")
-    venue, responding = _settings(problem, oracle or [], preset, assignments(overrides or []), given)
+    chosen, values = described(find_problem(problem), preset, config, overrides)
+    venue, responding = _settings(problem, oracle or [], chosen, values, given)
     spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget)
-    chosen: dict[Role, list[str]] = {"attacker": attacker or ["all"], "defender": defender or ["all"]}
+    named: dict[Role, list[str]] = {"attacker": attacker or ["all"], "defender": defender or ["all"]}
     store = Store(meetings, fresh=fresh)
     with alone_in(folder):
-        game = _game(venue, chosen, responding, episodes, spent, store)
+        game = _game(venue, named, responding, episodes, spent, store)
         claim(folder, game, resume)
         outcome = _play(game, folder, store, iterations, spent)
     if as_json:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs
+from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs, described
 from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import train_all
@@ -20,6 +20,7 @@ from cps_agents.machine import available_cores, describe
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, read_card
+from cps_envs import find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.game.problem import Later
 from cps_envs.core.types import Role, other
@@ -27,7 +28,7 @@ from cps_envs.core.types import Role, other
 NAME = "Environment id such as HvacAttack-v0, recipe of `train --list`, MODULE:CLASS, or all."
 SHIP = "Combine the seeds' best networks into one policy in this folder."
 ALGORITHM = "Algorithm: shared-ppo, our own PPO, or cma-es, a search for the numbers of a family."
-CONFIG = "Repeat the run of this run.json exactly, but for other options that you give."
+CONFIG = "Repeat the run of this run.json, but for other options; or train in the system of this FILE.toml."
 TRACKER = "Send curves to tensorboard or none."
 EXPLANATION = (
     "Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed. Validation is what the "
@@ -40,7 +41,7 @@ OPPONENT = "Train against this {}: a name, mixture?policies=[...] or zoo:NAME. D
 
 def train(
     name: Annotated[str | None, typer.Argument(metavar="ID", help=NAME)] = None,
-    config: Annotated[Path | None, typer.Option(metavar="RUN.json", help=CONFIG)] = None,
+    config: Annotated[Path | None, typer.Option(metavar="FILE", help=CONFIG)] = None,
     algorithm: Annotated[str | None, typer.Option("--algo", help=ALGORITHM)] = None,
     attacker: Annotated[str | None, typer.Option(help=OPPONENT.format("attacker"))] = None,
     defender: Annotated[str | None, typer.Option(help=OPPONENT.format("defender"))] = None,
@@ -72,7 +73,8 @@ def train(
     Press Ctrl-C at any time: the policy so far is usable, and --resume continues. cma-es searches the numbers of a
     family of policies; there a step is an episode. What it finds plays as the policy that is printed at the end.
     """
-    earlier = None if config is None else read_earlier(config)
+    file = config if config is not None and config.suffix.lower() == ".toml" else None
+    earlier = None if config is None or file is not None else read_earlier(config)
     if show or (name is None and earlier is None):
         _list(list(RECIPES.values()), as_json)
         return
@@ -82,8 +84,6 @@ def train(
     given = {"algorithm": algorithm, "preset": preset, "name": policy, "total_timesteps": steps}
     values: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     values |= assignments(knobs or [], "--knob", "learning_rate=0.001")
-    if overrides:
-        values["overrides"] = dict(assignments(overrides))
     first = first_seed if first_seed is not None else 0 if earlier is None else earlier.seed
     wanted = range(first, first + (seeds or (5 if earlier is None else 1)))
     chosen = (
@@ -96,13 +96,22 @@ def train(
     found = []
     for recipe in chosen:
         against = _opponent(recipe, preset, {"attacker": attacker, "defender": defender})
-        recipe = _installed(changed(recipe, {**values, **against}))
+        recipe = _installed(changed(recipe, {**values, **against, **_venue(recipe, preset, file, overrides)}))
         runs = _jobs(recipe, wanted, folder, resume=resume, tracker=tracker)
         found.append(_train(runs, jobs or available_cores(), ship))
         if not as_json:
             _print(runs, found[-1])
     if as_json:
         print_json(found[0] if len(found) == 1 else found)
+
+
+def _venue(recipe: Recipe, preset: str | None, file: Path | None, changes: list[str] | None) -> dict[str, Any]:
+    """The preset and the overrides that are asked for, as knobs of a recipe."""
+    if file is None and not changes:
+        return {}
+    named = preset or (None if file else recipe.preset)
+    chosen, overrides = described(find_problem(recipe.problem), named, file, changes)
+    return {"preset": chosen or recipe.preset, "overrides": overrides}
 
 
 def _opponent(recipe: Recipe, preset: str | None, named: Mapping[Role, str | None]) -> dict[str, str]:

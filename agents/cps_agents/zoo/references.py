@@ -78,6 +78,11 @@ def form_of(reference: str, config: Any) -> dict[str, Any]:
         return {}
 
 
+def hash_of_code(text: str) -> str:
+    """A hash of the module or package that a text `module:attribute` names."""
+    return _hash(_files(_unit(text.partition(":")[0])))
+
+
 def is_trained(reference: str) -> bool:
     """Whether training made a policy, or one of a mixture."""
     return bool(TRAINED.search(reference))

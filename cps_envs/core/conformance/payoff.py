@@ -19,14 +19,16 @@ BESIDE = {"action_mask", "due", "final_obs", "final_info"}  # what infos have be
 
 
 def check_return(subject: Subject) -> None:
-    """The undiscounted return is the sum of `game.payoff_parts` in the last info, its negative for the defender."""
+    """The undiscounted return is what `game.terms` make of the last info, its negative for the defender."""
     sign = SIGN[subject.role]
     for boldness in (0.0, 0.7):
         env = subject.single()
         results = record(env, seed=71, boldness=boldness)[1]
-        parts = env.game.payoff_parts
+        parts = env.game.terms
         paid = math.fsum(result[1] for result in results[1:])
-        _assert_equal(paid, sign * math.fsum(results[-1][-1][part] for part in parts), parts, "single", sign)
+        _assert_equal(
+            paid, sign * math.fsum(weight * results[-1][-1][part] for part, weight in parts), parts, "single", sign
+        )
     if subject.interface != NATIVE:
         return  # agents of a team may each be paid what the whole is
     both = subject.parallel()
@@ -34,11 +36,12 @@ def check_return(subject: Subject) -> None:
     for role in ROLES:
         agent = AGENTS[role]
         paid = math.fsum(result[1][agent] for result in results[1:])
-        total = SIGN[role] * math.fsum(results[-1][-1][agent][part] for part in both.game.payoff_parts)
-        _assert_equal(paid, total, both.game.payoff_parts, "parallel", SIGN[role])
+        total = SIGN[role] * math.fsum(weight * results[-1][-1][agent][part] for part, weight in both.game.terms)
+        _assert_equal(paid, total, both.game.terms, "parallel", SIGN[role])
 
 
-def _assert_equal(paid: float, total: float, parts: tuple[str, ...], interface: str, sign: float) -> None:
+def _assert_equal(paid: float, total: float, terms: tuple[tuple[str, float], ...], interface: str, sign: float) -> None:
+    parts = [part if weight == 1 else f"{weight:g} {part}" for part, weight in terms]
     formula = " + ".join(parts) if sign > 0 else f"-({' + '.join(parts)})"
     close = abs(paid - total) <= TOLERANCE * max(1.0, abs(total))
     assert close, f"the return of the {interface} interface is {paid!r}, but {formula} of the last info is {total!r}"

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cps_envs.core.declare.bodies import names_each
+from cps_envs.core.declare.objective import check_objective, is_objective
 from cps_envs.core.declare.series import Series, series_of
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, near, shown
 from cps_envs.core.types import ROLES, FloatArray, Role
@@ -162,7 +163,9 @@ def _field(name: str, value: Any, timed: Mapping[str, str]) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Lists, as JSON has them, and arrays as tuples, and numpy's numbers as Python's."""
+    """Lists, as JSON has them, and arrays as tuples, mappings as pairs by name, and numpy's numbers as Python's."""
+    if isinstance(value, Mapping):
+        return tuple((str(name), _plain(value[name])) for name in sorted(value, key=str))
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, (list, tuple)):
@@ -178,7 +181,9 @@ def validate(config: Any) -> None:
     """
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
-        if field.metadata["choices"]:
+        if is_objective(field):
+            check_objective(field, value)
+        elif field.metadata["choices"]:
             _check_choice(field, value)
         elif isinstance(field.default, bool):
             _check_bool(field.name, value)
@@ -285,6 +290,7 @@ def parameter_table(config: Any) -> str:
     for field in dataclasses.fields(config):
         rule = field.metadata
         allowed = ", ".join(rule["choices"]) or _interval(rule["low"], rule["high"])
+        allowed += ", or weights of metrics, or a function" * is_objective(field)
         shown = getattr(config, field.name)
         if is_list(field):
             allowed, shown = (

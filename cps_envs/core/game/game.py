@@ -15,6 +15,7 @@ from cps_envs.core.compute.clock import count_late, restart, tick
 from cps_envs.core.compute.threads import Threads
 from cps_envs.core.declare.fields import Fields
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.game.objective import Objective, objective_of
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.team import Team
@@ -40,7 +41,8 @@ class Game(ABC):
     action_space: Mapping[Role, spaces.Space[Any]]  # of one environment
     neutral_action: Mapping[Role, Array]  # of one environment; changes nothing
     adapters: ClassVar[Adapters] = {}  # what learners play the roles through
-    payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker
+    payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker, by its own payoff
+    objective: Objective | None = None  # what the configuration pays instead, see `pay_as_configured`
     threaded: bool = False  # whether `_advance` calls its kernel through `self.threads.run`
 
     def __init__(self, num_envs: int) -> None:
@@ -54,6 +56,8 @@ class Game(ABC):
         """Start new episodes in the marked environments (B,), each drawing from its own of the B generators."""
         restart(self.elapsed, self.terminated, envs)
         self._reset(envs, generators)
+        if self.objective is not None:
+            self.objective.begin(envs)
 
     def advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps under the roles' held actions (B, ...).
@@ -67,9 +71,36 @@ class Game(ABC):
         """
         if self._latest + num_steps > self.horizon:
             self._check_end(envs, num_steps)
-        payoff = self._advance(actions, envs, num_steps)
+        if self.objective is None:
+            payoff = self._advance(actions, envs, num_steps)
+        else:
+            payoff = self._paid(self.objective, actions, envs, num_steps)
         self._latest = tick(self.elapsed, envs, num_steps)
         return payoff
+
+    def _paid(self, objective: Objective, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
+        """Advance, and pay what the configuration says; a function is asked at every game step."""
+        stride, payoff = num_steps if objective.function is None else 1, np.zeros(self.num_envs)
+        for _ in range(0, num_steps, stride):
+            live = envs & ~self.terminated
+            self._advance(actions, live, stride)
+            payoff = payoff + objective.pay(self.metrics(), live)
+        return payoff
+
+    def pay_as_configured(self) -> None:
+        """Pay what the field `payoff` of the configuration says. A constructor whose problem has one ends with this.
+
+        Raises:
+            ConfigurationError: it names a metric that is not measured here, or no function.
+            UnknownNameError: nothing can be imported from the text that names a function.
+            UntrustedCodeError: that text names code that the user has not agreed to run.
+        """
+        self.objective = objective_of(self.config, self.metrics())
+
+    @property
+    def terms(self) -> tuple[tuple[str, float], ...]:
+        """The metrics that are paid and their weights; the sum is the return. Empty where a function is paid."""
+        return tuple((part, 1.0) for part in self.payoff_parts) if self.objective is None else self.objective.weights
 
     def _check_end(self, envs: BoolArray, num_steps: int) -> None:
         if count_late(self.elapsed, self.terminated, envs, self.horizon - num_steps) > 0:
@@ -154,7 +185,8 @@ class Game(ABC):
         parts = self.parts()
         if not parts:
             raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
-        return (*parts, self.elapsed, self.terminated)
+        paid = () if self.objective is None else (self.objective.before,)
+        return (*parts, self.elapsed, self.terminated, *paid)
 
     def truth(self, b: int) -> Mapping[str, Any]:
         """Privileged: what roles have to infer of one environment, by name, for policies that are told it.

@@ -11,9 +11,11 @@ from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.config import check_count
+from cps_envs.core.declare.objective import is_own
 from cps_envs.core.declare.seeds import SEEDS_PER_RUN, training_seed
 from cps_envs.core.declare.training import Training
 from cps_envs.core.errors import ConfigurationError, shown
+from cps_envs.core.game.configuration_file import with_file
 from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_options
@@ -55,7 +57,7 @@ class LearningVectorEnv(RoleVectorEnv):
         num_envs: int | None = None,
         *,
         training: Training | None = None,
-        preset: str | None = LEARNING,
+        preset: str | None = None,
         opponent: PolicyReference | None = None,
         seed: int = 0,
         scaling: Scaling | None = None,
@@ -112,6 +114,8 @@ class LearningVectorEnv(RoleVectorEnv):
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
 
     def _setting(self, preset: str | None, interface: str | None, options: dict[str, Any]) -> Setting:
+        preset, options = with_file(self.problem, preset, options)
+        preset = self.problem.usual_preset if preset is None else preset
         practised = self._base.practised if preset == LEARNING else {}
         mixed = {**practised, **options}
         found = setting(self.problem, self.role, preset, interface, mixed, self._base, SETTINGS)
@@ -169,7 +173,7 @@ class LearningVectorEnv(RoleVectorEnv):
     def _learned(self, reward: FloatArray) -> FloatArray:
         """What learners are paid, (B, A): the rewards, or the increase of a power of their sum so far."""
         power = self.training.pay_power
-        if power == 1.0:
+        if power == 1.0 or not is_own(self.config):
             return reward
         before = np.maximum(SIGN[self.role] * self._paid, 0.0)
         self._paid = self._paid + reward

@@ -20,6 +20,7 @@ import numpy as np
 from cps_envs.core.compute.compiling import tell
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.actions import choices_of
+from cps_envs.core.declare.objective import is_objective
 from cps_envs.core.declare.seeds import MOST_RUNS, training_seed
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Problem
@@ -53,12 +54,15 @@ def scaling_for(problem: Problem, config: Any, preset: str, wiring: Wiring) -> S
 
 
 def scaling_key(problem: Problem, config: Any, wiring: Wiring) -> str:
-    """A digest of what statistics depend on: problem, changed fields of its configuration, what agents see and when."""
+    """A digest of what statistics depend on: problem, changed fields of its configuration, what agents see and when.
+
+    What is paid changes nothing of it.
+    """
     seen = (wiring.role, wiring.adapter, wiring.frame_skip, wiring.recent_s, wiring.rough_s)
     changed = [
         (field.name, value)
         for field in dataclasses.fields(config)
-        if (value := getattr(config, field.name)) != field.default
+        if not is_objective(field) and (value := getattr(config, field.name)) != field.default
     ]
     return hashlib.sha256(repr((problem.name, problem.version, changed, seen)).encode()).hexdigest()[:16]
 

@@ -9,8 +9,10 @@ from difflib import get_close_matches
 from typing import Any
 
 from cps_envs.core.declare.config import check_count
+from cps_envs.core.declare.objective import foreign_pay
 from cps_envs.core.declare.training import INTERFACE, NATIVE, Training
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, shown
+from cps_envs.core.game.configuration_file import ARGUMENT, with_file
 from cps_envs.core.game.match import Match
 from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.learning.outside import Outside
@@ -21,7 +23,18 @@ from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Role, other
 
 INTERFACES = (LEARNING, NATIVE)
-ARGUMENTS = ("autoreset", "flat", "interface", "num_envs", "opponent", "per_agent", "preset", "render_mode", "scaling")
+ARGUMENTS = (
+    "autoreset",
+    ARGUMENT,
+    "flat",
+    "interface",
+    "num_envs",
+    "opponent",
+    "per_agent",
+    "preset",
+    "render_mode",
+    "scaling",
+)
 SHOWN_AS = frozenset({*INTERFACE, "shared_pay"})  # settings of `Training` that every form of a role takes
 MANY_DECISIONS = 100  # of an episode, beyond which plain learners may not start at all
 
@@ -90,11 +103,13 @@ def setting(
     """Sort `options` into `known` settings of `training` and fields of the configuration.
 
     `interface` None is "learning" in the preset of that name, where the problem says how its role is learned, and
-    "native" elsewhere. `training` None is the problem's.
+    "native" elsewhere. `training` None is the problem's. The option `config` names a configuration file; options beside
+    it win over what it says.
 
     Raises:
         ConfigurationError: an unknown preset, field or interface, or a value that cannot be right.
     """
+    preset, options = with_file(problem, preset, options)
     usual = problem.usual_preset if preset is None else preset
     own = {name: _plain(value) for name, value in options.items() if name in known and value is not None}
     _check(own)
@@ -105,6 +120,8 @@ def setting(
         odd_name = next(name for name in overrides if not hasattr(problem.presets[usual], name))
         close = get_close_matches(odd_name, (*known, *ARGUMENTS), n=1)
         raise UnknownOptionError(f"{error} Or {close[0]!r}?" if close else str(error)) from None
+    if foreign := foreign_pay(problem.name, config):
+        warnings.warn(foreign, stacklevel=4)
     learned = usual == LEARNING and role in problem.training
     chosen = (LEARNING if learned or training is not None else NATIVE) if interface is None else interface
     if not isinstance(chosen, str) or chosen not in INTERFACES:

@@ -32,6 +32,11 @@ class Team(ABC):
         return np.zeros((0, len(self.agents), 0), np.float32)
 
 
+def shared_alike(payoff: FloatArray, num_agents: int) -> FloatArray:
+    """Minus the payoff (B,) in equal parts (B, A): what a defending team pays whose payoff has no owner."""
+    return np.repeat(-payoff[:, np.newaxis] / num_agents, num_agents, axis=1)
+
+
 class Grouped(Team):
     """Groups of equally many neighbours of a team, each as one agent, such as the platoons of vehicles.
 
