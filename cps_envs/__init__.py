@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from cps_envs.core.game.game import Game as Game
     from cps_envs.core.game.play import play_episodes as play_episodes
     from cps_envs.core.game.problem import Problem as Problem
+    from cps_envs.core.game.recording import Recording as Recording
+    from cps_envs.core.game.recording import record_episode as record_episode
     from cps_envs.core.interfaces.forms import declare as declare
     from cps_envs.core.interfaces.learning_env import LearningVectorEnv as LearningVectorEnv
     from cps_envs.core.interfaces.registration import register as register
@@ -66,6 +68,8 @@ HOMES = {  # name -> module, or module:attribute
     "ConfigurationError": f"{CORE}.errors:ConfigurationError",
     "Game": f"{CORE}.game.game:Game",
     "play_episodes": f"{CORE}.game.play:play_episodes",
+    "record_episode": f"{CORE}.game.recording:record_episode",
+    "Recording": f"{CORE}.game.recording:Recording",  # what it returns
     "Problem": f"{CORE}.game.problem:Problem",
     "declare": f"{CORE}.interfaces.forms:declare",
     "register": f"{CORE}.interfaces.registration:register",

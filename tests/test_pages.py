@@ -22,7 +22,8 @@ DOCS = ROOT / "docs"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 FIRST = README + (DOCS / "start.md").read_text(encoding="utf-8")  # the pages that a newcomer reads first
 SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
-PYTHON = list(dict.fromkeys(re.sub(r"  # .*", "", snippet) for snippet in SNIPPET.findall(FIRST)))
+OWN = (DOCS / "own_system.md").read_text(encoding="utf-8")
+PYTHON = list(dict.fromkeys(re.sub(r"  # .*", "", snippet) for snippet in SNIPPET.findall(FIRST + OWN)))
 GAMES = {
     name: {
         f"{page.parent.name}/{page.name}, snippet {place}": snippet

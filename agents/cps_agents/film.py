@@ -22,9 +22,11 @@ from cps_envs.core.game.game import Game
 from cps_envs.core.game.match import Match
 from cps_envs.core.game.play import finish
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.game.recording import finish_recorded, kind_of
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, Renderer
 from cps_envs.core.picture.svg import to_svg
 from cps_envs.core.picture.viewer import recording_viewer
+from cps_envs.core.policies.trace import report
 from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.registration import find_problem
 
@@ -32,11 +34,19 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def show_meeting(meeting: Meeting, film: Film | None, as_json: bool) -> None:
-    """Play a meeting, filming its first episode, and print the metrics."""
+def show_meeting(meeting: Meeting, film: Film | None, record: Path | None, as_json: bool) -> None:
+    """Play a meeting, filming or recording its first episode, and print the metrics.
+
+    Raises:
+        CommandError: both are asked for.
+    """
+    if film is not None and record is not None:
+        raise CommandError("--render and --record each follow the episode in their own way: leave one of them out")
+    if record is not None:
+        kind_of(record)  # which refuses others before anything is played
     problem, config, seed = find_problem(meeting.problem), meeting.venue.config, meeting.first_seed
     players: dict[Role, str] = {"attacker": meeting.attacker, "defender": meeting.defender}
-    outcome, game = _play(problem, config, players, range(seed, seed + meeting.episodes), film)
+    outcome, game = _play(problem, config, players, range(seed, seed + meeting.episodes), film, record)
     heading = {"problem": problem.name, "preset": meeting.venue.preset, "config": config} | dict(players)
     if as_json:
         print_json(_document(heading, seed, outcome))
@@ -48,13 +58,21 @@ def show_meeting(meeting: Meeting, film: Film | None, as_json: bool) -> None:
 
 
 def _play(
-    problem: Problem, config: Any, players: Mapping[Role, str], seeds: range, film: Film | None
+    problem: Problem, config: Any, players: Mapping[Role, str], seeds: range, film: Film | None, record: Path | None
 ) -> tuple[dict[str, Array], Game]:
     """Metrics by name, each (episodes,), and the game."""
     with built_by_user():
         match = problem.match(config, len(seeds), players)
         match.reset(np.ones(len(seeds), np.bool_), seeded(seeds))
-        if film is None:
+        if record is not None:
+            head: dict[str, Any] = {"seed": seeds[0], "config": asdict(config)}
+            head |= {"attacker": players["attacker"], "defender": players["defender"]}
+            with err().status("playing; the first time, the physics is compiled, too"):
+                payoff, recording = finish_recorded(problem, match, head)
+            with replacing(record) as draft:
+                draft.write_bytes(recording.encoded(kind_of(record)))
+            note(f"Recorded: seed {seeds[0]} ({record}).")
+        elif film is None:
             with err().status("playing; the first time, the physics is compiled, too"):
                 payoff = finish(match)
         else:
@@ -62,6 +80,8 @@ def _play(
             with Progress("frames", total) as progress:
                 payoff = play_shown(match, film, problem, lambda done, _: progress.update(done))
             note(f"Shown: seed {seeds[0]} ({film.target}).")
+    for said in filter(None, map(report, match.players.values())):
+        note(f"Note: {said}.")
     metrics = {name: np.array(values) for name, values in match.game.metrics().items()}
     return {"return": payoff, **metrics}, match.game
 

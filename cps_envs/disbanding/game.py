@@ -11,6 +11,7 @@ from gymnasium import spaces
 from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import pack, records
+from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -194,6 +195,14 @@ class DisbandingGame(Game):
             warned=np.isfinite(state.record_s[b, present]) if self.config.is_relayed else None,
             jammed_after=int((state.jam_place[b] + 1) * self.config.vehicles_per_platoon - 1),
         )
+
+    def columns(self, role: Role) -> tuple[ActionColumn, ...]:
+        """The attack as a number, or corrections in m/s2."""
+        if role == "attacker":
+            return numbered(["attack"], "-", "0 waits, i disbands platoon i (1 = rear), N + i jams ahead of it")
+        count, which = self.action_space[role].shape[0], self.config.defense_action  # type: ignore[index]
+        meaning = f"of each {which}, {'front to rear' if which == 'vehicle' else 'rear to front'}"
+        return numbered(counted("correction_mps2", count), "m/s2", meaning, self.max_correction_mps2)
 
     def team(self, role: Role) -> Team:
         """The defender as one agent per vehicle."""

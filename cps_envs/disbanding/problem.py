@@ -30,6 +30,13 @@ DISBANDING = Problem(
         "defender": Later("cps_envs.disbanding.fields:defender_fields"),
     },
     opponents=references(OPPONENTS),
+    recorded={
+        "position": ("position_m", "m", "front to rear"),
+        "speed": ("speed_mps", "m/s", "front to rear"),
+        "spacing": ("spacing_m", "m", "between the positions of each vehicle and the one ahead"),
+        "disbanding_s": ("disbanding_s", "s", "when each platoon was disbanded; inf if intact"),
+        "collided": ("collided", "-", "1 once in a collision"),
+    },
     viewer="cps_envs.disbanding.picture.viewer:DisbandingViewer",
     swarm={"defender": "vehicle"},
     unit="points of E_v and of the penalty for collisions",

@@ -11,6 +11,7 @@ from gymnasium import spaces
 from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import records, view
+from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -93,6 +94,7 @@ class FdiGame(Game):
         flags = [task.sensors.flags(n, rear=self._filters) for task in self.tasks]
         self._flags: BoolArray = np.array(flags)  # (T, R)
         sensors = range(readings) if is_drawn(config) else np.flatnonzero(flags[0]).tolist()
+        self._sensors = tuple(sensors)
         levels = [config.range_levels if sensor < readings // 2 else config.rate_levels for sensor in sensors]
         self._levels: IntArray = np.array(levels, np.int64)
         doubts, corrections = [2] * readings, [2 * config.correction_levels + 1] * n
@@ -184,6 +186,22 @@ class FdiGame(Game):
         if role == "attacker":
             return hidden_from_attacker(self.config, self.state)
         return hidden_from_defender(self.config, self.state, self._flags[self.state.task])
+
+    def columns(self, role: Role) -> tuple[ActionColumn, ...]:
+        """Injections in m and m/s, or which readings are trusted and corrections in m/s2."""
+        config, half = self.config, self.config.num_readings // 2
+        if role == "defender":
+            trusted = numbered(counted("trust", 2 * half), "-", "1 trusts the reading, 0 replaces it; ranges first")
+            step = config.max_correction_mps2 / config.correction_levels
+            names = counted("correction_mps2", config.num_vehicles)
+            return trusted + numbered(names, "m/s2", "from the last vehicle on", step, config.correction_levels)
+        found = []
+        for sensor, level in zip(self._sensors, self._levels.tolist(), strict=True):
+            ranges = sensor < half
+            name = f"range_injection_m_{sensor + 1}" if ranges else f"rate_injection_mps_{sensor - half + 1}"
+            step = config.range_resolution_m if ranges else config.rate_resolution_mps
+            found.append(ActionColumn(name, "m" if ranges else "m/s", "fronts by vehicle, then rears", step, level))
+        return tuple(found)
 
     def team(self, role: Role) -> Team:
         """The defender's sensors, see `team.SensorTeam`; there are none without a filter."""

@@ -30,6 +30,17 @@ FDI = Problem(
         "defender": Later("cps_envs.fdi.observation:defender_fields"),
     },
     opponents=references(OPPONENTS),
+    recorded={
+        "gap": ("gap_m", "m", "true, ahead of each vehicle from the last on"),
+        "closing_speed": ("closing_speed_mps", "m/s", "true"),
+        "reported_gap": ("reported_gap_m", "m", "reading"),
+        "reported_closing_speed": ("reported_closing_speed_mps", "m/s", "reading"),
+        "used_gap": ("used_gap_m", "m", "what was followed"),
+        "used_closing_speed": ("used_closing_speed_mps", "m/s", "what was followed"),
+        "believed_gap": ("believed_gap_m", "m", "estimate of the filter"),
+        "believed_closing_speed": ("believed_closing_speed_mps", "m/s", "estimate of the filter"),
+        "command": ("command_mps2", "m/s2", "of each vehicle"),
+    },
     viewer="cps_envs.fdi.picture.viewer:FdiViewer",
     swarm={"defender": "sensor"},
     training={

@@ -11,6 +11,7 @@ from gymnasium import spaces
 from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, kernel, lend, pack, unpack, view
+from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.declare.places import halves_of
 from cps_envs.core.game.game import Adapters, Game
@@ -157,6 +158,16 @@ class HvacGame(Game):
     def mean_residuals(self) -> FloatArray:
         """Jm_a(k) of (4.33), (B, sets) C2; 0 until the window is full."""
         return self.state.mean_residual.copy()
+
+    def columns(self, role: Role) -> tuple[ActionColumn, ...]:
+        """Forged readings in C and what they are added to, or the choice."""
+        if role == "defender":
+            return numbered(["choice"], "-", "0 raw readings, then the sets, the model, and Kalman filters")
+        config = self.config
+        reach = 0.5 * (config.sensor_high_c - config.sensor_low_c)
+        added = numbered(counted("bias_c", config.num_sensors), "C", "added to what `base` says, if held", reach)
+        based = "-1 adds to the true temperature, 0 to the own reading, 1 to the middle of the sensor range"
+        return added + numbered(["base"] if config.attack_action == "any" else [], "-", based)
 
     def team(self, role: Role) -> SensorTeam:
         """One agent for each sensor, see `teams`."""

@@ -57,7 +57,8 @@ first reward also has the term of x(0). The undiscounted return is exactly A_imp
 ranges from 1 to thousands, so scale it for training.
 
 `payoff="discomfort"` pays the hours since the onset that zones are further than `comfort_c` from x_r, summed over
-zones (`info["discomfort_h"]`). `payoff="energy"` pays the heating since the onset (`info["attack_kwh"]`).
+zones (`info["discomfort_h"]`). `payoff="energy"` pays the heating since the onset (`info["attack_kwh"]`). It also takes
+weights of the metrics in `info`, such as `payoff={"a_impact": 1.0, "energy_kwh": 0.1}`, or a function of their growth.
 
 ## Starting State
 All zones at 24 C at midnight, heating off. The presets draw the rest at each reset:

@@ -12,6 +12,7 @@ from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.declare.places import halves_of
+from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -146,6 +147,18 @@ class RogueGame(Game):
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
         return scene_of(self.state, self.drawn, b, self.config, self.episode_metrics(b))
+
+    def columns(self, role: Role) -> tuple[ActionColumn, ...]:
+        """The effort of the seized vehicle, or the orders of the others."""
+        if role == "attacker":
+            return numbered(["effort"], "-", "-1 brakes fully, 0 keeps the speed, 1 drives fully")
+        count = self.config.num_orders
+        if not self.modes:
+            braking, driving = self._limits
+            return numbered(counted("command_mps2", count), "m/s2", "from the rear", driving, below=braking)
+        pairs = [f"{name}_{k}" for k in range(1, count + 1) for name in ("controller", "modified")]
+        names = ", ".join(f"{place} {name}" for place, name in enumerate(CONTROLLERS))
+        return numbered(pairs, "-", f"from the rear; controllers: {names}, then levels")
 
     def team(self, role: Role) -> Team:
         """The defender as one agent for each vehicle that gets orders."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,6 +13,7 @@ from cps_agents.commands.options import AsJson, Attacker, Changes, Config, Defen
 from cps_agents.film import Film, show_meeting
 from cps_envs import find_problem
 
+RECORD = "Write the first episode to a .csv, .csv.gz or .parquet; trace?file=FILE plays it."
 RENDER = "Show a window (human), or write FILE.mp4, FILE.gif, FILE.png or FILE.svg."
 
 
@@ -30,14 +32,15 @@ def play(
         float | None,
         typer.Option(help="Show so many game seconds per second of film; default: 10, and more for long GIFs."),
     ] = None,
+    record: Annotated[Path | None, typer.Option(metavar="FILE.csv", help=RECORD)] = None,
     at: Annotated[float | None, typer.Option(help="Draw the picture at this game second; default: the end.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Play one attacker against one defender: print the metrics, or film the episode."""
+    """Play one attacker against one defender: print the metrics, film the episode, or record it."""
     found = find_problem(problem)
     chosen, values = described(found, preset, config, overrides)
     preset = chosen or found.usual_preset
     usual = found.opponents[preset]
     pair = (attacker or usual["attacker"], defender or usual["defender"])
     film = Film(render, fps, speed, at) if render is not None else None
-    show_meeting(Meeting(Venue(problem, preset, values), *pair, episodes, seed), film, as_json)
+    show_meeting(Meeting(Venue(problem, preset, values), *pair, episodes, seed), film, record, as_json)

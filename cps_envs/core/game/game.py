@@ -13,6 +13,7 @@ from gymnasium.error import ResetNeeded
 
 from cps_envs.core.compute.clock import count_late, restart, tick
 from cps_envs.core.compute.threads import Threads
+from cps_envs.core.declare.columns import ActionColumn, raw_columns
 from cps_envs.core.declare.fields import Fields
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.objective import Objective, objective_of
@@ -217,6 +218,10 @@ class Game(ABC):
         """What the problem's viewer draws of an environment."""
         raise TypeError(f"the problem {self.name!r} has no viewer")
 
+    def columns(self, role: Role) -> tuple[ActionColumn, ...]:
+        """The entries of a role's action as recordings name them, in units."""
+        return raw_columns(self.action_space[role])
+
     def spec(self, role: Role) -> RoleSpec:
         """The public interface of a role, for policies."""
         return RoleSpec(
@@ -227,5 +232,6 @@ class Game(ABC):
             neutral_action=self.neutral_action[role],
             decision_interval_s=self.decision_interval[role] * self.step_s,
             config=self.config,
+            columns=self.columns(role),
             adapters=self.adapters.get(role, {}),
         )

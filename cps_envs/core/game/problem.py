@@ -69,6 +69,7 @@ class Problem:
     viewer: str = ""  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
     swarm: Mapping[Role, str] = field(default_factory=dict)  # role -> the adapter by which it is a team of agents
     scaling: Path | None = None  # JSON with the scale of learners' inputs; None: measured by each process
+    recorded: Mapping[str, tuple[str, str, str]] = field(default_factory=dict)  # of scenes: name, unit, meaning
     cost: str = ""  # the metric that counts what safe learners keep within `cost_limit`; its increase is `info["cost"]`
     cost_limit: float = 0.0  # of an episode
     namespace: str = "cps_envs"  # of the ids, and the package whose import registers them: one word, without dots

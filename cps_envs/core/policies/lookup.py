@@ -26,9 +26,10 @@ BUILT_IN = {  # for every role of every problem
     "always": "cps_envs.core.policies.always:Always",
     "mixture": "cps_envs.core.policies.mixture:Mixture",
     "none": "cps_envs.core.policies.policy:Idle",
+    "trace": "cps_envs.core.policies.trace:Trace",
     "random": "cps_envs.core.policies.uniform:Uniform",  # where no registered policy has this name
 }
-NEED_OPTIONS = ("always", "mixture")  # of these; without options they are nothing
+NEED_OPTIONS = ("always", "mixture", "trace")  # of these; without options they are nothing
 SHOWN = 80  # characters of a policy that is described in an error
 PolicyReference: TypeAlias = str | Policy
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, final, runt
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.declare.columns import ActionColumn
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Generators, Knowledge, Observation, Role, State
 
@@ -32,6 +33,7 @@ class RoleSpec:
     neutral_action: Array  # one environment's action that changes nothing
     decision_interval_s: float
     config: Any
+    columns: tuple[ActionColumn, ...] = ()  # the entries of an action as names and units
     adapters: Mapping[str, Callable[[RoleSpec], Any]] = field(default_factory=dict)  # for learners, see `adapter_of`
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
 
@@ -22,3 +24,8 @@ class Scene:
     metrics: dict[str, float]
     warned: BoolArray | None = None  # (M,) whom the warning has reached; None where a broadcast tells everybody
     jammed_after: int = -1  # the last vehicle ahead of a blocked radio link; -1 if none is
+
+    @property
+    def spacing(self) -> FloatArray:
+        """Distances (M - 1,) in m between the positions of each vehicle and the one ahead."""
+        return -np.diff(self.position)

@@ -73,8 +73,10 @@ def spec() -> RoleSpec:
 
 
 def test_names_of_a_role_are_sorted() -> None:
-    assert policy_names("toy", "defender") == ["always", "chase", "guess", "mixture", "needs", "none", "random"]
-    assert policy_names("toy", "attacker") == ["always", "chase", "mixture", "none", "random"]
+    assert policy_names("toy", "defender") == [
+        *("always", "chase", "guess", "mixture", "needs", "none", "random", "trace")
+    ]
+    assert policy_names("toy", "attacker") == ["always", "chase", "mixture", "none", "random", "trace"]
 
 
 @pytest.mark.parametrize("reference", ["chase", "toy.defender.chase", "tests.core.toy_policies:Chase"])
