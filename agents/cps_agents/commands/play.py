@@ -36,7 +36,7 @@ def play(
     at: Annotated[float | None, typer.Option(help="Draw the picture at this game second; default: the end.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Play one attacker against one defender: print the metrics, film the episode, or record it."""
+    """Play one attacker against one defender: print the metrics, or film the episode."""
     found = find_problem(problem)
     chosen, values = described(found, preset, config, overrides)
     preset = chosen or found.usual_preset
