@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cps_envs.core.declare.bodies import names_each
-from cps_envs.core.declare.objective import check_objective, is_objective
+from cps_envs.core.declare.objective import FIELD, check_objective, is_objective
 from cps_envs.core.declare.series import Series, series_of
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, near, shown
 from cps_envs.core.types import ROLES, FloatArray, Role
@@ -156,6 +156,8 @@ def _with_traces(path: Any, timed: Mapping[str, str], own: dict[str, Any]) -> di
 def _field(name: str, value: Any, timed: Mapping[str, str]) -> Any:
     if name in timed and isinstance(value, Mapping):
         return series_of(name, value)
+    if name == FIELD and isinstance(value, Mapping):
+        return tuple((str(metric), _plain(value[metric])) for metric in sorted(value, key=str))
     try:
         return _plain(value)
     except RecursionError as error:
@@ -163,9 +165,7 @@ def _field(name: str, value: Any, timed: Mapping[str, str]) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Lists, as JSON has them, and arrays as tuples, mappings as pairs by name, and numpy's numbers as Python's."""
-    if isinstance(value, Mapping):
-        return tuple((str(name), _plain(value[name])) for name in sorted(value, key=str))
+    """Lists, as JSON has them, and arrays as tuples, and numpy's numbers as Python's."""
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, (list, tuple)):
