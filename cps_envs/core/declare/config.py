@@ -12,6 +12,7 @@ import numpy as np
 
 from cps_envs.core.declare.bodies import names_each
 from cps_envs.core.declare.objective import FIELD, check_objective, is_objective
+from cps_envs.core.declare.objective import objective as objective
 from cps_envs.core.declare.series import Series, series_of
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, near, shown
 from cps_envs.core.types import ROLES, FloatArray, Role

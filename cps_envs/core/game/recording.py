@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from cps_envs.core.compute.generators import seeded
+from cps_envs.core.declare.fields import Field
 from cps_envs.core.declare.traces import KINDS, TIME
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.match import Match
@@ -22,6 +23,7 @@ from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import ROLES, Array, FloatArray, Role
 
 PAYOFF = "payoff"
+MOST_SEEN = 64  # entries of an observed field that is written
 
 
 @dataclass(frozen=True)
@@ -149,8 +151,8 @@ def _columns(problem: Problem, match: Match) -> tuple[Column, ...]:
         value = np.asarray(getattr(scene, attribute), np.float64)
         found += [Column(name, unit, meaning) for name in _numbered(stem, value.shape)]
     for role in ROLES:
-        for field in game.fields[role]:
-            names = _numbered(f"seen_by_{role}_{field.name}", field.shape) if field.size else []
+        for field in _observed(match, role):
+            names = _numbered(f"seen_by_{role}_{field.name}", field.shape)
             found += [Column(name, field.unit, f"observed by the {role}; {field.description}") for name in names]
     found += [Column(name, "-", "metric so far") for name in _metrics(match)]
     for role in ROLES:
@@ -167,6 +169,11 @@ def _scene(problem: Problem, match: Match) -> Any:
     return match.game.scene(0) if problem.recorded else None
 
 
+def _observed(match: Match, role: Role) -> list[Field]:
+    """What is written of a role's observation: all fields but the largest, which would be most of a file."""
+    return [field for field in match.game.fields[role] if 0 < field.size <= MOST_SEEN]
+
+
 def _metrics(match: Match) -> dict[str, Array]:
     """The metrics, but for the time, which is a column already."""
     return {name: values for name, values in match.game.metrics().items() if name != TIME}
@@ -179,8 +186,8 @@ def _state(problem: Problem, match: Match) -> list[float]:
     for attribute in problem.recorded:
         row += np.asarray(getattr(scene, attribute), np.float64).ravel().tolist()
     for role in ROLES:
-        decoded = game.fields[role].decode(game.observe(role)[:1])
-        row += [value for part in decoded.values() for value in part[0].ravel().tolist()]
+        decoded = game.fields[role].decode(game.observe(role)[0])
+        row += [value for field in _observed(match, role) for value in decoded[field.name].ravel().tolist()]
     return [*row, *(float(values[0]) for values in _metrics(match).values())]
 
 

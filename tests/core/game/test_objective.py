@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import cps_envs
-from cps_envs import find_problem, learning_env, play_episodes
+from cps_envs import config, find_problem, learning_env, play_episodes
 from cps_envs.core.declare.objective import Increments
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, UntrustedCodeError
 from cps_envs.core.game.objective import Objective
@@ -20,6 +21,7 @@ from cps_envs.fdi_v0 import swarm_env as fdi_swarm
 from cps_envs.hvac_v0 import parallel_env
 from cps_envs.hvac_v0 import swarm_env as hvac_swarm
 from cps_envs.rogue_v0 import swarm_env as rogue_swarm
+from tests.core.toy import ToyConfig, ToyGame
 
 SHORT: Mapping[str, Mapping[str, Any]] = {
     "hvac": {"num_steps": 260, "onset_step": 0},
@@ -188,6 +190,27 @@ def test_a_metric_that_is_not_finite_yet_cannot_be_paid() -> None:
     paid = Objective((("gap_m", 1.0),), {"gap_m": np.zeros(2)})
     with pytest.raises(ConfigurationError, match="'gap_m' is not finite yet"):
         paid.pay({"gap_m": np.array([1.0, np.inf])}, np.ones(2, np.bool_))
+
+
+@dataclass(frozen=True)
+class PaidConfig(ToyConfig):
+    payoff: Any = config.objective({"own": {}, "near": {"closeness": 2.0}}, source="chosen")  # noqa: RUF009
+
+
+class PaidToy(ToyGame):
+    def __init__(self, config: PaidConfig, num_envs: int) -> None:
+        super().__init__(config, num_envs)
+        self.pay_as_configured()
+
+
+def test_a_problem_of_ones_own_takes_words_and_weights_too() -> None:
+    paid = {}
+    for payoff in ("own", "near", (("closeness", 1.0), ("fee", 1.0))):
+        game = PaidToy(PaidConfig(payoff=payoff), 2)
+        game.reset(np.ones(2, np.bool_), [np.random.default_rng(b) for b in range(2)])
+        paid[payoff] = game.advance({}, np.ones(2, np.bool_), 3)
+    np.testing.assert_allclose(paid["own"], paid[("closeness", 1.0), ("fee", 1.0)])
+    np.testing.assert_allclose(paid["near"], 2 * game.metrics()["closeness"])
 
 
 def test_a_text_that_names_a_function_needs_consent(monkeypatch: pytest.MonkeyPatch) -> None:
