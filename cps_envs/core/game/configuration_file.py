@@ -11,6 +11,7 @@ from typing import Any
 
 from cps_envs.core.declare.config import TRACES, is_list, series_fields
 from cps_envs.core.declare.objective import FIELD, is_objective
+from cps_envs.core.declare.series import Series
 from cps_envs.core.documents import Entry, read_toml
 from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.game.problem import Problem
@@ -147,6 +148,8 @@ def template(problem: Problem, preset: str | None) -> str:
 def _described(field: dataclasses.Field[Any], value: Any) -> list[str]:
     """The lines of a field: itself, and what may be said of it, behind it or above it where that is too long."""
     rule = field.metadata
+    if isinstance(value, Series):
+        return [f"# # {field.name} is a series of the preset: {value!r}"]
     interval = f"{rule['low']:g} to {rule['high']:g}" if not rule["choices"] and _is_number(field) else ""
     each = "each " * (is_list(field) and bool(interval))
     drawn = "or [low, high] to draw from" * rule["ranged"]
