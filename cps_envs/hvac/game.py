@@ -163,9 +163,13 @@ class HvacGame(Game):
         """Forged readings in C and what they are added to, or the choice."""
         if role == "defender":
             return numbered(["choice"], "-", "0 raw readings, then the sets, the model, and Kalman filters")
-        config = self.config
-        reach = 0.5 * (config.sensor_high_c - config.sensor_low_c)
-        added = numbered(counted("bias_c", config.num_sensors), "C", "added to what `base` says, if held", reach)
+        config, count = self.config, self.config.num_sensors
+        reach = (0.5 * (self.constants.sensor_high_c - self.constants.sensor_low_c)).tolist()
+        names = counted("bias_c", count)
+        added = tuple(
+            ActionColumn(name, "C", "added to what `base` says, if held", each)
+            for name, each in zip(names, reach, strict=True)
+        )
         based = "-1 adds to the true temperature, 0 to the own reading, 1 to the middle of the sensor range"
         return added + numbered(["base"] if config.attack_action == "any" else [], "-", based)
 

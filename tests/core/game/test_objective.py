@@ -134,7 +134,7 @@ def test_learners_are_paid_a_payoff_that_may_be_negative() -> None:
     env = learning_env("HvacDefense", 2, payoff={"a_impact": -1.0}, pay_power=0.5, num_steps=260, onset_step=0)
     env.reset(seed=0, options={"staggered": False})
     rewards = sum(env.step(np.full(env.num_envs, env.neutral_action))[1] for _ in range(3))
-    assert (rewards > 0).all()
+    assert np.all(rewards > 0)
 
 
 def test_certificates_and_shipped_numbers_say_that_they_are_of_the_own_payoff() -> None:
