@@ -11,8 +11,8 @@ from gymnasium import spaces
 from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, unpack
-from cps_envs.core.declare.places import halves_of
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
+from cps_envs.core.declare.places import halves_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
