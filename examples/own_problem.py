@@ -191,13 +191,17 @@ class TankGame(Game):
         self.scores = records(Metrics, num_envs)
         self.rules = pack(Rules(**{name: getattr(config, name) for name in Rules._fields}))
         self.neutral = {role: np.array([action] * num_envs) for role, action in self.neutral_action.items()}
+        self._draw_from(config)
+
+    def _draw_from(self, drawn: TankConfig) -> None:
+        """Draw from these ranges: those of the configuration, or others that a reset names in its options."""
+        self.ranges = config.bounds(drawn.set_point_m), config.bounds(drawn.leak_m2)
 
     def _reset(self, envs: types.BoolArray, generators: Sequence[np.random.Generator]) -> None:
         for array in (*self.tanks, self.scores):
             array[envs] = 0
         for b in np.flatnonzero(envs).tolist():
-            self.tanks.set_point[b] = generators[b].uniform(*config.bounds(self.config.set_point_m))
-            self.tanks.leak[b] = generators[b].uniform(*config.bounds(self.config.leak_m2))
+            self.tanks.set_point[b], self.tanks.leak[b] = (generators[b].uniform(*ends) for ends in self.ranges)
         for level in (self.tanks.level, self.tanks.estimate, self.tanks.reading):
             level[envs] = self.tanks.set_point[envs]
 

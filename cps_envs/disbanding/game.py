@@ -78,8 +78,8 @@ class DisbandingGame(Game):
             eventful=is_eventful(config),
         )
         self._measures = Metrics._fields[: MEASURED[config.report]]
-        self._rules, self._spread, self._builds = pack(rules), spread(config), hold(builds_of(config))
-        self._chances, self._circumstances = chances_of(config), circumstances_of(config)
+        self._rules = pack(rules)
+        self._draw_from(config)
         self._allocate()
         self.pay_as_configured()
 
@@ -102,6 +102,10 @@ class DisbandingGame(Game):
             start_drawn(*drawn, self._chances, self._spread, self._builds)
             draw_circumstances(*drawn, self._circumstances)
         self._settle(envs)
+
+    def _draw_from(self, drawn: DisbandingConfig) -> None:
+        self._spread, self._chances, self._circumstances = spread(drawn), chances_of(drawn), circumstances_of(drawn)
+        self._builds = hold(builds_of(drawn))
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         targets = actions.get("attacker", self._waiting)

@@ -75,7 +75,8 @@ class FdiGame(Game):
         self._metrics, self._openings = records(Metrics, num_envs), records(Metrics, len(self.tasks))
         self._openings["bound_valid"], self._openings["oracle_bound_mps"] = known.valid, known.bound
         self._openings["oracle_value_mps"] = known.value
-        self._draws, self._chances = draws_anything(config), chances_of(config, len(self.tasks))
+        self._draws = draws_anything(config)
+        self._draw_from(config)
         self._constants: Array = constants_of(config)
         if has_own_constants(config):
             self._constants = np.repeat(self._constants, num_envs)
@@ -118,6 +119,10 @@ class FdiGame(Game):
             with drawing(generators, np.flatnonzero(envs)) as streams:
                 draw(self._batch, streams, envs, self._chances)
         begin(self._batch, self._openings, self._episodes, envs)
+
+    def _draw_from(self, drawn: FdiConfig) -> None:
+        self._chances = chances_of(drawn, len(self.tasks))
+        self._chances["own_constants"] = has_own_constants(self.config)  # the arrays are made so
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)

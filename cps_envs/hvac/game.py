@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -97,7 +98,7 @@ class HvacGame(Game):
             defender_at=self.fields["defender"].offsets,
         )
         self._batch = hold(Batch(self.constants, pack(self.rules), self.state, self._views))
-        self._draws = draws_of(config)
+        self._draw_from(config)
         self._episodes: IntArray = np.arange(num_envs)
         self._quiet = np.zeros((num_envs, entries))
         self._raw = np.full(num_envs, READINGS)
@@ -110,6 +111,10 @@ class HvacGame(Game):
         self._episodes[envs] += self.num_envs
         with drawing(generators, np.flatnonzero(envs)) as streams:
             begin(self._batch, self._draws, halves_of(generators, envs), streams, self._quiet, envs)
+
+    def _draw_from(self, drawn: HvacConfig) -> None:
+        weighted = drawn.num_compromised == self.config.num_compromised  # else their number is asked for
+        self._draws = draws_of(drawn if weighted else replace(drawn, compromised_weights=()))
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)

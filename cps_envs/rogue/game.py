@@ -76,10 +76,10 @@ class RogueGame(Game):
         still = plain if self.modes else np.zeros(ordered)
         self.neutral_action = {"attacker": np.zeros(1), "defender": still}
         self.payoff_parts = PAYOFF_PARTS
-        self.rules, self._ranges, self._chances = rules_of(config), ranges_of(config), chances_of(config)
+        self.rules = rules_of(config)
+        self._draw_from(config)
         self._limits = command_limits(config)
         self.state: State = allocate(num_envs, config.max_vehicles, config.num_bodies)
-        self._builds = hold(builds_of(config))
         self._places, self._leader_mps = config.places, config.leader_mps
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
         self._held, self._episodes = hold(self.state), np.zeros(num_envs, np.int64)
@@ -95,6 +95,9 @@ class RogueGame(Game):
         given = (self._chances, self._ranges, self._builds, self.rules, self._places, halves, self._leader_mps)
         with drawing(generators, np.flatnonzero(envs)) as streams:
             start_episodes(self._held, self.drawn, self._scores, streams, envs, *given)
+
+    def _draw_from(self, drawn: RogueConfig) -> None:
+        self._ranges, self._chances, self._builds = ranges_of(drawn), chances_of(drawn), hold(builds_of(drawn))
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         attack = actions.get("attacker", self._neutral["attacker"])

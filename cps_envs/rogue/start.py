@@ -33,13 +33,15 @@ class Chances(NamedTuple):
     first_attacker: int
     last_attacker: int
     fewest_vehicles: int
+    most_vehicles: int
     attack_share: float
 
 
 def chances_of(config: RogueConfig) -> Array:
     """The chances of a configuration as records (1,)."""
     first, last = bounds(config.attacker_index)
-    return pack(Chances(int(first), int(last), int(bounds(config.num_vehicles)[0]), config.attack_share))
+    fewest, most = bounds(config.num_vehicles)
+    return pack(Chances(int(first), int(last), int(fewest), int(most), config.attack_share))
 
 
 def ranges_of(config: RogueConfig) -> Array:
@@ -95,7 +97,7 @@ def start_episodes(
     for b in range(envs.size):
         if envs[b]:
             stream, own, score = borrowed(streams)[b], drawn[b], scores[b]
-            draw_platoon(stream, own, chance, most)
+            draw_platoon(stream, own, chance)
             share = draw_shares(stream)
             own.drive_mps2 = low.drive_mps2 + width.drive_mps2 * share.drive_mps2
             own.drag_per_s = low.drag_per_s + width.drag_per_s * share.drag_per_s
@@ -146,11 +148,9 @@ def build(stream: Array, episode: State, drawn: Record, builds: Builds) -> None:
 
 
 @inlined
-def draw_platoon(stream: Array, own: Record, chance: Chances, most: int) -> None:
-    """Draw the number of vehicles, up to `most`, and who of them is seized."""
-    own.num_vehicles = most
-    if chance.fewest_vehicles < most:
-        own.num_vehicles = whole(stream, chance.fewest_vehicles, most + 1)
+def draw_platoon(stream: Array, own: Record, chance: Chances) -> None:
+    """Draw the number of vehicles, and who of them is seized."""
+    own.num_vehicles = whole(stream, chance.fewest_vehicles, chance.most_vehicles + 1)
     own.attacker = whole(stream, chance.first_attacker, min(chance.last_attacker, own.num_vehicles - 1) + 1) - 1
 
 

@@ -111,14 +111,18 @@ class ToyGame(Game):
         self.speed, self.steps = np.zeros(num_envs), np.zeros(num_envs, np.int64)
         self.closeness, self.fee = np.zeros(num_envs), np.zeros(num_envs)
         self.generators: list[np.random.Generator | None] = [None] * num_envs
+        self._draw_from(config)
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         for b in np.flatnonzero(envs):
             generator = self.generators[b] = generators[b]
             self.intruder[b], self.guard[b] = generator.uniform(-3, 3, 2), generator.uniform(-1, 1, 2)
-            self.speed[b] = generator.uniform(*bounds(self.config.intruder_speed))
+            self.speed[b] = generator.uniform(*self.drawn_speed)
         for array in (self.steps, self.closeness, self.fee):
             array[envs] = 0
+
+    def _draw_from(self, drawn: ToyConfig) -> None:
+        self.drawn_speed = bounds(drawn.intruder_speed)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         before = self.closeness + self.fee

@@ -142,6 +142,26 @@ def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
     return dataclasses.replace(base, **own)  # type: ignore[type-var]
 
 
+def is_drawn(field: dataclasses.Field[Any]) -> bool:
+    """Whether episodes draw a quantity where it is given as a pair (low, high)."""
+    return bool(field.metadata.get("ranged"))
+
+
+def widened(config: Config, asked: Config) -> Config:
+    """`config` with ranges that hold those of `asked`, too: what a game has to be made for that plays both.
+
+    Raises:
+        ConfigurationError: such a configuration cannot be.
+    """
+    changes: dict[str, Any] = {}
+    declared: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(config)  # type: ignore[arg-type]
+    for field in filter(is_drawn, declared):
+        own, theirs = bounds(getattr(config, field.name)), bounds(getattr(asked, field.name))
+        if own[0] > theirs[0] or own[1] < theirs[1]:
+            changes[field.name] = (min(own[0], theirs[0]), max(own[1], theirs[1]))
+    return dataclasses.replace(config, **changes) if changes else config  # type: ignore[type-var]
+
+
 def _with_traces(path: Any, timed: Mapping[str, str], own: dict[str, Any]) -> dict[str, Any]:
     """Overrides with the series of a file."""
     if not isinstance(path, (str, os.PathLike)):

@@ -14,8 +14,9 @@ from gymnasium.error import ResetNeeded
 from cps_envs.core.compute.clock import count_late, restart, tick
 from cps_envs.core.compute.threads import Threads
 from cps_envs.core.declare.columns import ActionColumn, raw_columns
+from cps_envs.core.declare.config import widened
 from cps_envs.core.declare.fields import Fields
-from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.objective import Objective, objective_of
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
@@ -53,12 +54,67 @@ class Game(ABC):
         self.threads = Threads(1, num_envs)
         self._latest = UNKNOWN  # at least the largest entry of `elapsed`
 
-    def reset(self, envs: BoolArray, generators: Generators) -> None:
-        """Start new episodes in the marked environments (B,), each drawing from its own of the B generators."""
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name == "config" and "config" in self.__dict__:
+            raise AttributeError(
+                f"the configuration of a game of {self.name!r} is what its arrays are made for, and read-only: build "
+                "another game, or call configure(...) of an environment"
+            )
+        super().__setattr__(name, value)
+
+    def reset(self, envs: BoolArray, generators: Generators, drawn: Any = None) -> None:
+        """Start new episodes in the marked environments (B,), each drawing from its own of the B generators.
+
+        They draw from the ranges of the configuration `drawn`, which has passed `check_draws`; None: the game's own.
+        """
         restart(self.elapsed, self.terminated, envs)
-        self._reset(envs, generators)
+        if drawn is None or drawn is self.config:
+            self._reset(envs, generators)
+        else:
+            self._draw_from(drawn)
+            try:
+                self._reset(envs, generators)
+            finally:
+                self._draw_from(self.config)
         if self.objective is not None:
             self.objective.begin(envs)
+
+    def check_draws(self, drawn: Any) -> None:
+        """Check that episodes can draw from the ranges of `drawn`, which differs in nothing else.
+
+        Raises:
+            ConfigurationError: arrays or observations are not made for such values, or the game draws otherwise.
+        """
+        self._draw_from(drawn)
+        self._draw_from(self.config)
+        wide = widened(self.config, drawn)
+        if wide is self.config:
+            return
+        make: Callable[[Any, int], Game] = type(self)
+        if not self._is_made_like(make(wide, 1)):
+            changed = [name for name, value in vars(wide).items() if value != getattr(self.config, name)]
+            given = ", ".join(f"{name} = {shown(getattr(drawn, name))}" for name in changed)
+            made = ", ".join(f"{name} = {shown(getattr(self.config, name))}" for name in changed)
+            wanted = ", ".join(f"{name}={shown(getattr(wide, name))}" for name in changed)
+            raise ConfigurationError(
+                f"{given}: the arrays and observations of this environment are made for {made}. Make one with {wanted}"
+            )
+
+    def _is_made_like(self, other: Game) -> bool:
+        """Whether the other game has equal spaces and observations, and arrays of equal shapes."""
+        own, theirs = ([array.shape[1:] for array in game.parts()] for game in (self, other))
+        spaces_of = (self.action_space, other.action_space)
+        seen = all(tuple(self.fields[role]) == tuple(other.fields[role]) for role in self.fields)
+        return own == theirs and seen and spaces_of[0] == spaces_of[1]
+
+    def _draw_from(self, drawn: Any) -> None:
+        """Let resets draw from the ranges of this configuration, of which only drawn quantities are others.
+
+        Raises:
+            ConfigurationError: the game draws in one way only, which is so where a subclass does not say otherwise.
+        """
+        if drawn is not self.config:
+            raise ConfigurationError(f"episodes of {self.name!r} draw from the configuration that it is made with")
 
     def advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps under the roles' held actions (B, ...).

@@ -48,9 +48,9 @@ class Match:
         self._beginners: dict[Role, Any] = {role: player for role, player in self.players.items() if begins(player)}
         self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
 
-    def reset(self, envs: BoolArray, generators: Generators) -> None:
-        """Start new episodes in the marked environments (B,)."""
-        self.game.reset(envs, generators)
+    def reset(self, envs: BoolArray, generators: Generators, drawn: Any = None) -> None:
+        """Start new episodes in the marked environments (B,), which draw as `Game.reset` says."""
+        self.game.reset(envs, generators, drawn)
         self.begin(envs, generators)
 
     def begin(self, envs: BoolArray, generators: Generators) -> None:

@@ -16,11 +16,12 @@ from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.match import Match
 from cps_envs.core.game.problem import LEARNING, Problem
+from cps_envs.core.interfaces.configured import Configured
 from cps_envs.core.interfaces.info import Costs
 from cps_envs.core.learning.outside import Outside
 from cps_envs.core.learning.setting import rival_of, setting
 from cps_envs.core.learning.wired_player import WiredPlayer
-from cps_envs.core.learning.wiring import Wiring
+from cps_envs.core.learning.wiring import Scaling, Wiring
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import AGENTS, ROLES, SIGN, Array, BoolArray, FloatArray, Generators, Observation, Role, other
 
@@ -71,18 +72,22 @@ class AgentsBatch:
         opponent: PolicyReference | None = None,
         frame_skip: int | None = None,
         flat: bool = False,
+        changes: Mapping[str, Any] | None = None,
+        scaling: Mapping[Role, Scaling] | None = None,
         **options: Any,
     ) -> None:
         """`adapters` names through what the roles are played that outsiders play; None: the usual one.
+
+        `changes` are fields of the configuration that have changed since inputs were scaled as `scaling` says.
 
         Raises:
             ConfigurationError: an unknown preset, field or interface, or a value that cannot be right.
             UnknownNameError: there is no such adapter or opponent.
             TypeError: the role has no team.
         """
-        self.problem, alone = problem, len(adapters) == 1
+        self.problem, alone, self.changes = problem, len(adapters) == 1, dict(changes or {})
         skip = None if frame_skip is None else check_count("frame_skip", frame_skip)
-        chosen = {role: setting(problem, role, preset, interface, options) for role in adapters}
+        chosen = {role: setting(problem, role, preset, interface, {**options, **self.changes}) for role in adapters}
         native = any(each.interface == NATIVE for each in chosen.values())  # a role nobody learns is played as it is
         first = next(iter(chosen.values()))
         self.config, self.preset, self.overrides = first.config, first.preset, first.overrides
@@ -104,7 +109,8 @@ class AgentsBatch:
                 self.hands[role] = Hand(self.match, role, plain, shared_pay=found.training.shared_pay, alone=alone)
                 continue
             training = replace(found.training, adapter=name, frame_skip=skip or found.training.frame_skip)
-            wiring = replace(found, training=training).wiring(self.match, joint=False, flat=flat)
+            known = (scaling or {}).get(role)
+            wiring = replace(found, training=training).wiring(self.match, joint=False, flat=flat, scaling=known)
             self.hands[role] = Hand(self.match, role, wiring, shared_pay=training.shared_pay, alone=alone)
         game_steps = next(iter(self.hands.values())).interval if alone else 1
         holds = [hand.hold for hand in self.hands.values()]
@@ -116,9 +122,23 @@ class AgentsBatch:
         }
         self.costs = Costs(problem, self.game)
 
-    def reset(self, envs: BoolArray, generators: Generators) -> None:
-        """Start episodes in the marked environments (B,)."""
-        self.match.reset(envs, generators)
+    @property
+    def outward(self) -> tuple[Any, ...]:
+        """What a learner was made for: it has to stay."""
+        hands = self.hands.values()
+        shown_by = [(tuple(hand.outside.adapter.fields), tuple(self.game.fields[hand.role])) for hand in hands]
+        spaces_of = [(hand.observation_space, hand.action_space, hand.hold) for hand in hands]
+        return self.names, self.stride, shown_by, spaces_of
+
+    @property
+    def scaling(self) -> dict[Role, Scaling]:
+        """Mean and deviation of the inputs of each role that has scaled ones."""
+        wirings = {role: hand.player.wired.wiring for role, hand in self.hands.items()}
+        return {role: (each.mean, each.deviation) for role, each in wirings.items() if each.mean}
+
+    def reset(self, envs: BoolArray, generators: Generators, drawn: Any = None) -> None:
+        """Start episodes in the marked environments (B,), which draw as `Game.reset` says."""
+        self.match.reset(envs, generators, drawn)
         self.costs.begin(envs)
         for hand in self.hands.values():
             hand.player.begin(envs)
@@ -183,8 +203,10 @@ class AgentsBatch:
         self._held[hand.role] = np.where(due.reshape(-1, *(1,) * (held.ndim - 1)), action, held)
 
 
-class AgentsForm:
+class AgentsForm(Configured):
     """What the single and the batched form tell of their agents."""
+
+    overrides: Mapping[str, Any]  # fields of the configuration that are not the preset's
 
     def __init__(
         self,
@@ -197,16 +219,25 @@ class AgentsForm:
     ) -> None:
         self.problem, self._name = problem, f"{name}_v{problem.version}"
         self._most = None if max_cycles is None else check_count("max_cycles", max_cycles)
-        self._batch = AgentsBatch(problem, num_envs, adapters, **options)
-        batch = self._batch
-        self.game, self.config, self.interface = batch.game, batch.config, batch.interface
-        self.preset, self.overrides = batch.preset, batch.overrides
+        self._made_with = (problem, num_envs, adapters)
+        self._options = dict(options)
+        self._first = batch = AgentsBatch(*self._made_with, **options)
+        self._use(batch)
+        self.config, self.interface, self.preset = batch.config, batch.interface, batch.preset
         self.opponent, self.interval = batch.opponent, batch.stride  # game steps
         self.possible_agents = batch.names[:]
         self.agents_of = {role: tuple(hand.names) for role, hand in batch.hands.items()}
-        self._hands = {name: hand for hand in batch.hands.values() for name in hand.names}
         self.roles = {name: hand.role for name, hand in self._hands.items()}
         self.state_space = batch.state_space()
+
+    def _build(self, changes: Mapping[str, Any], rival: PolicyReference | None) -> AgentsBatch:
+        options = {**self._options, "opponent": rival}
+        return AgentsBatch(*self._made_with, changes=changes, scaling=self._first.scaling, **options)
+
+    def _use(self, stage: AgentsBatch) -> None:
+        self._stage = self._batch = stage
+        self._hands = {name: hand for hand in stage.hands.values() for name in hand.names}
+        vars(self).update(game=stage.game, overrides=stage.overrides)
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The observation space of an agent in one episode, the same for every agent of a role."""

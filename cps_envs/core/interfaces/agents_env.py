@@ -14,8 +14,8 @@ from pettingzoo import ParallelEnv
 from cps_envs.core.declare.actions import SHOWN, choices_of
 from cps_envs.core.errors import shown
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.agents_batch import AgentsForm, Hand
-from cps_envs.core.interfaces.options import check_options
+from cps_envs.core.interfaces.agents_batch import AgentsBatch, AgentsForm, Hand
+from cps_envs.core.learning.outside import Outside
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.types import Array, Observation, Role
 
@@ -31,6 +31,7 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
     """
 
     possible_agents: list[str]
+    outside: dict[Role, Outside]
 
     def __init__(
         self,
@@ -47,20 +48,32 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
         super().__init__(problem, name, adapters, 1, max_cycles, options)
         self._cycles, self.render_mode = 0, render_mode
         self.metadata = {"name": self._name, "render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}
-        self.outside = {role: hand.outside for role, hand in self._batch.hands.items()}
         self.agents: list[str] = []
         self._generator: np.random.Generator | None = None
         self._envs = np.ones(1, np.bool_)
-        self._renderer = Renderer(problem, self.game)
+        self._seal()
+
+    def _use(self, stage: AgentsBatch) -> None:
+        super()._use(stage)
+        vars(self).update(outside={role: hand.outside for role, hand in stage.hands.items()})
+        self._renderer = Renderer(self.problem, stage.game)
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], Infos]:
-        """Start an episode. Without a seed the generator continues."""
+        """Start an episode. Without a seed the generator continues.
+
+        `options` set quantities that episodes draw, for this episode only: `{"power_ratio": 2.5}`, or a pair to draw
+        from.
+
+        Raises:
+            ConfigurationError: options name what no episode draws, or a value that this environment is not made for.
+        """
+        drawn = self._asked(options)
         if seed is not None or self._generator is None:
             self._generator = seeding.np_random(seed)[0]
-        check_options(options)
-        self._batch.reset(self._envs, [self._generator])
+        self._renew()
+        self._batch.reset(self._envs, [self._generator], drawn)
         self.agents, self._cycles = self.possible_agents[:], 0
         if self.render_mode == "human":
             self._renderer.show()
@@ -71,7 +84,8 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
 
         Raises:
             ResetNeeded: no episode is running.
-            ValueError: an agent's action is missing, has a wrong shape, is not finite or lies outside its space.
+            ValueError: an agent's action is missing, has a wrong shape, is not finite, or is discrete and not in its
+                space. A Box action outside its bounds counts as the nearest one inside.
         """
         if not self.agents:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")

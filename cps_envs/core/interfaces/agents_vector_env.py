@@ -13,7 +13,7 @@ from cps_envs.core.declare.config import check_count
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.agents_batch import AgentsForm
 from cps_envs.core.interfaces.agents_env import check_agents
-from cps_envs.core.interfaces.options import Seeds, check_autoreset, check_mask, check_options, reseeded
+from cps_envs.core.interfaces.options import Seeds, check_autoreset, check_mask, reseeded
 from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Observation, Role
 
 Results = tuple[
@@ -52,18 +52,26 @@ class AgentsVectorEnv(AgentsForm):
         self._ended = np.zeros(self.num_envs, np.bool_)
         self._cycles = np.zeros(self.num_envs, np.int64)
         self._generators: Generators = ()
+        self._seal()
 
     def reset(
         self, seed: Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, Any]]:
-        """Start all episodes, or those of `options["reset_mask"]` (B,). Without a seed the generators go on."""
-        check_options(options)
+        """Start all episodes, or those of `options["reset_mask"]` (B,). Without a seed the generators go on.
+
+        Other `options` set quantities that episodes draw, for the episodes that start now only.
+
+        Raises:
+            ConfigurationError: options name what no episode draws, or a value that this environment is not made for.
+            ResetNeeded: a first reset, or the first one after `configure`, has to start all environments.
+        """
+        drawn = self._asked(options, ("reset_mask",))
         mask = (options or {}).get("reset_mask")
         envs = self._everyone
         if mask is not None:
-            envs = check_mask(mask, self.num_envs, begun=bool(self._generators))
+            envs = check_mask(mask, self.num_envs, begun=bool(self._generators), alike=self._next is None)
         self._generators = reseeded(self._generators, seed, envs)
-        self._restart(envs)
+        self._restart(envs, drawn)
         return self._observations(), self._infos(self._batch.costs.add(self.game.metrics()))
 
     def step(self, actions: Mapping[str, Any]) -> Results:
@@ -71,7 +79,8 @@ class AgentsVectorEnv(AgentsForm):
 
         Raises:
             ResetNeeded: before the first reset, or for an ended episode when automatic resetting is disabled.
-            ValueError: an agent's actions are missing, have a wrong shape, are not finite or lie outside their space.
+            ValueError: an agent's actions are missing, have a wrong shape, are not finite, or are discrete and not in
+                their space. Box actions outside their bounds count as the nearest ones inside.
         """
         if not self._generators:
             raise ResetNeeded("call reset() before step()")
@@ -84,18 +93,20 @@ class AgentsVectorEnv(AgentsForm):
         given = {role: self._read(role, actions) for role in self._batch.hands}
         live = ~self._ended
         if self._ended.any():
-            self._restart(self._ended)
+            self._restart(self._ended, self._drawn)
         rewards = self._batch.step(given, live)
         self._cycles += live
         terminated = live & self._batch.over()
         truncated = live & ~terminated & (self._cycles == self._most)
+        if self._next is not None:  # something else is to be played, by all
+            truncated = ~terminated
         self._ended = terminated | truncated
         metrics, final = self._batch.costs.add(self.game.metrics()), {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
             ended = self._ended
             last = {name: np.array(values) for name, values in metrics.items()}  # the game may go on in its own arrays
             final = {"final_obs": self._observations(), "final_info": last, "_final_obs": ended}
-            self._restart(ended)
+            self._restart(ended, self._drawn)
             metrics = {**metrics, **self.game.metrics()}
         paid = {
             name: rewards[role][:, place]
@@ -112,8 +123,10 @@ class AgentsVectorEnv(AgentsForm):
     def close(self) -> None:
         """Nothing is open."""
 
-    def _restart(self, envs: BoolArray) -> None:
-        self._batch.reset(envs, self._generators)
+    def _restart(self, envs: BoolArray, drawn: Any) -> None:
+        if envs.all():
+            self._renew()
+        self._batch.reset(envs, self._generators, None if self._next is not None else drawn)
         self._cycles[envs] = 0
         self._ended = self._ended & ~envs
 

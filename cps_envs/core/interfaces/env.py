@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import gymnasium
@@ -12,28 +12,33 @@ from gymnasium.error import ResetNeeded
 
 from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.configured import Configured, Stage, changed, stage_of
 from cps_envs.core.interfaces.info import Costs, episode_info
 from cps_envs.core.interfaces.masks import masks_of
-from cps_envs.core.interfaces.options import check_options
 from cps_envs.core.learning.setting import decisions_of, rival_of, setting
 from cps_envs.core.learning.wiring import Scaling
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.policies.lookup import PolicyReference
-from cps_envs.core.types import Array, BoolArray, Observation, Role, other
+from cps_envs.core.types import Array, BoolArray, Observation, Role
 
 
-class RoleEnv(gymnasium.Env[Observation, Any]):
+class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
     """Base of the single environments. A subclass names its problem and role, and its docstring documents them.
 
     `interface="learning"` is what learners meet, and the default in preset `learning`: actions through an adapter, each
     held for a while, inputs scaled and averaged, a team as one agent. `interface="native"` has the game's own
     observations and actions, and is the default elsewhere. With `frame_skip=k` an action is held for k decisions, or
     until the episode ends; the reward is the sum over these. `flat=True` makes one number of all entries of an action.
+
+    `config` and `opponent` are read-only; `configure` changes them from the next reset on.
     """
 
     problem: ClassVar[Problem]
     role: ClassVar[Role]
     metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}
+    overrides: Mapping[str, Any]  # fields of the configuration that are not the preset's
+    frame_skip: int  # decisions of the role in a step
+    waits: bool  # whether a step ends as soon as something is to be decided again
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -62,20 +67,28 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         check_render_mode(render_mode)
         self.render_mode = render_mode
         found = setting(self.problem, self.role, preset, interface, options)
-        self.config, self.preset, self.overrides = found.config, found.preset, found.overrides
-        self.interface, self.opponent = found.interface, rival_of(found, opponent)
-        self._match = self.problem.match(self.config, 1, {other(self.role): self.opponent})
-        self.game = self._match.game
-        self._side = found.side(self._match, joint=True, flat=flat, scaling=scaling)
-        self.frame_skip, self.waits = self._side.frame_skip, self._side.waits
+        self.config, self.preset, self.interface = found.config, found.preset, found.interface
+        self.opponent = rival_of(found, opponent)
+        self._form: dict[str, Any] = {"joint": True, "flat": flat}
         self._envs = np.ones(1, np.bool_)
         self._running = False
-        self._renderer = Renderer(self.problem, self.game)
-        self._costs = Costs(self.problem, self.game)
+        self._first = stage_of(found, self.opponent, 1, scaling=scaling, **self._form)
+        self._use(self._first)
         self.observation_space = self._side.observation_space
         self.action_space = self._side.action_space
         self.neutral_action = self._side.neutral_action
         self._reader = ActionReader(self.action_space)
+        self._seal()
+
+    def _build(self, changes: Mapping[str, Any], rival: Any) -> Stage:
+        return changed(self._first, changes, rival, **self._form)
+
+    def _use(self, stage: Stage) -> None:
+        game, side = stage.game, stage.side
+        self._stage, self._match, self._side, self._costs = stage, stage.match, side, Costs(self.problem, game)
+        self._renderer = Renderer(self.problem, game)
+        settled = {"overrides": stage.setting.overrides, "frame_skip": side.frame_skip, "waits": side.waits}
+        vars(self).update(game=game, **settled)
 
     @property
     def decisions(self) -> int:
@@ -85,10 +98,18 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode. Without a seed the environment's generator continues."""
-        check_options(options)
+        """Start an episode. Without a seed the environment's generator continues.
+
+        `options` set quantities that episodes draw, for this episode only: `{"power_ratio": 2.5}`, or a pair to draw
+        from.
+
+        Raises:
+            ConfigurationError: options name what no episode draws, or a value that this environment is not made for.
+        """
+        drawn = self._asked(options)
         super().reset(seed=seed)
-        self._match.reset(self._envs, [self.np_random])
+        self._renew()
+        self._match.reset(self._envs, [self.np_random], drawn)
         self._side.begin(self._envs)
         self._costs.begin(self._envs)
         self._running = True
@@ -101,7 +122,8 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
 
         Raises:
             ResetNeeded: no episode is running.
-            ValueError: the action has a wrong shape, is not finite or lies outside the action space.
+            ValueError: the action has a wrong shape, is not finite, or is discrete and not in the action space. A Box
+                action outside its bounds counts as the nearest one inside.
         """
         if not self._running:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")

@@ -17,19 +17,23 @@ from cps_envs.core.declare.training import Training
 from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.configuration_file import with_file
 from cps_envs.core.game.problem import LEARNING, Problem
+from cps_envs.core.interfaces.configured import Stage
 from cps_envs.core.interfaces.info import batch_info
-from cps_envs.core.interfaces.options import check_options
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.learning.beside import Beside
+from cps_envs.core.learning.outside import Outside
 from cps_envs.core.learning.scaling import random_actions
 from cps_envs.core.learning.setting import Setting, setting
 from cps_envs.core.learning.side import LearningSide
-from cps_envs.core.learning.wiring import Scaling
+from cps_envs.core.learning.wiring import Scaling, Wired
+from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role
 
 APART = {"opponent", "num_envs", "practised", "sampled", "total_timesteps", "ppo"}  # arguments, or for learners
 SETTINGS: Collection[str] = {entry.name for entry in fields(Training)} - APART
+STARTS = ("start", "staggered")  # options of `reset`
+OPTIONS = ("reset_mask", *STARTS)
 FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
 
 
@@ -49,6 +53,10 @@ class LearningVectorEnv(RoleVectorEnv):
 
     `active()` and `privileged()` are for learners that can use them.
     """
+
+    outside: Outside
+    wired: Wired
+    adapter: Adapter
 
     def __init__(
         self,
@@ -104,14 +112,20 @@ class LearningVectorEnv(RoleVectorEnv):
         self.copies = check_count("copies", copies)
         if self.episodes % self.copies:
             raise ConfigurationError(f"num_envs = {self.episodes} must be a multiple of copies = {self.copies}")
-        assert isinstance(self._side, LearningSide)
-        self.outside, self.wired, self._player = self._side.outside, self._side.wired, self._side.player
-        self.adapter = self.outside.adapter
-        self._beside: Beside | None = None
-        if self.training.relative:
-            self._beside = Beside(problem, self.config, self.episodes, role, self.opponent, self.training.adapter)
         self._paid = np.zeros((self.episodes, self.agents))  # so far, of which `pay_power` is taken
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
+        self._seal()
+
+    def _use(self, stage: Stage) -> None:
+        super()._use(stage)
+        side, training = self._side, self.training
+        assert isinstance(side, LearningSide)
+        assert stage.opponent is not None
+        vars(self).update(outside=side.outside, wired=side.wired, adapter=side.outside.adapter)
+        self._player, self._beside = side.player, None
+        if training.relative:
+            given = (self.problem, stage.config, self.episodes, self.role, stage.opponent)
+            self._beside = Beside(*given, training.adapter)
 
     def _setting(self, preset: str | None, interface: str | None, options: dict[str, Any]) -> Setting:
         preset, options = with_file(self.problem, preset, options)
@@ -130,24 +144,30 @@ class LearningVectorEnv(RoleVectorEnv):
 
         `options["start"]` numbers the starts of a run, which have episodes of their own; 0 if left out. With
         `options["staggered"]` false all episodes are at their first step. With
-        `options["reset_mask"]` only the marked episodes start, as in `RoleVectorEnv`.
+        `options["reset_mask"]` only the marked episodes start, as in `RoleVectorEnv`. Other options set quantities that
+        the episodes draw which start now.
 
         Raises:
-            ConfigurationError: the seed or the start is no whole number, or negative.
+            ConfigurationError: the seed or the start is no whole number, or negative; or options name what no episode
+                draws, or a value that this environment is not made for.
         """
-        check_options(options)
+        drawn = self._asked(options, OPTIONS)
         if (options or {}).get("reset_mask") is not None:
-            return super().reset(options=options)
+            return super().reset(options={name: value for name, value in (options or {}).items() if name not in STARTS})
         if seed is not None:
             self._run = _number("seed", seed[0] if isinstance(seed, Sequence) else seed)
         self._start = _number("start", (options or {}).get("start", 0))
         first, count = training_seed(self._run), self.episodes // self.copies
         places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
         self._generators = seeded([first + place for place in places.tolist()])
-        self._restart(self._everyone)
         staggered = (options or {}).get("staggered", self.copies == 1)
-        if staggered and self.decisions >= FEWEST_STAGGERED:
-            self._stagger()
+        self._once = drawn
+        try:
+            self._renew()
+            super()._restart(self._everyone)
+            self._stagger(staggered)
+        finally:
+            self._once = None
         return self._side.observe(), batch_info(self._side, self._costs.add(self.game.metrics()))
 
     def active(self) -> BoolArray:
@@ -189,17 +209,25 @@ class LearningVectorEnv(RoleVectorEnv):
         final["final_info"]["_episode"] = self._by_row(ended)
         return final
 
-    def _begin(self, envs: BoolArray) -> None:
+    def _restart(self, envs: BoolArray) -> None:
+        begins_anew = self._next is not None
+        super()._restart(envs)
+        if begins_anew:
+            self._stagger(self.copies == 1)
+
+    def _play(self, envs: BoolArray, drawn: Any) -> None:
         if self._beside is not None:
-            self._beside.reset(envs, self._generators)
-        super()._begin(envs)
+            self._beside.reset(envs, self._generators, drawn)
+        super()._play(envs, drawn)
         self._clear(envs)
 
     def _clear(self, envs: BoolArray) -> None:
         self._paid[envs], self._returns[envs], self._lengths[envs] = 0.0, 0.0, 0
 
-    def _stagger(self) -> None:
-        """Play at random until each episode has begun at a time of its own."""
+    def _stagger(self, wanted: bool) -> None:
+        """Play at random until each episode has begun at a time of its own, if wanted and episodes are long enough."""
+        if not wanted or self.decisions < FEWEST_STAGGERED:
+            return
         generator = np.random.default_rng(training_seed(self._run) + self._start)
         begins = generator.integers(0, self.decisions, self.episodes)
         assert isinstance(self._side, LearningSide)

@@ -16,16 +16,6 @@ from cps_envs.core.types import BoolArray, Generators
 Seeds: TypeAlias = int | Sequence[int | None] | None
 
 
-def check_options(options: Any) -> None:
-    """What `reset` takes as options; unknown entries are allowed, as Gymnasium wants it.
-
-    Raises:
-        ValueError: they are no dictionary.
-    """
-    if options is not None and not isinstance(options, dict):
-        raise ValueError(f"options = {shown(options)} must be a dictionary, such as {{'reset_mask': mask}}")
-
-
 def check_autoreset(mode: str | AutoresetMode) -> AutoresetMode:
     """When an ended environment starts again: "same_step", "next_step", "disabled", or Gymnasium's own member.
 
@@ -40,12 +30,14 @@ def check_autoreset(mode: str | AutoresetMode) -> AutoresetMode:
     return known[mode]
 
 
-def check_mask(mask: Any, num_envs: int, *, begun: bool) -> BoolArray:
-    """The episodes (B,) that `options["reset_mask"]` marks; `begun`: all of them have been started before.
+def check_mask(mask: Any, num_envs: int, *, begun: bool, alike: bool) -> BoolArray:
+    """The episodes (B,) that `options["reset_mask"]` marks.
+
+    `begun`: all of them have been started before. `alike`: those that start play what the others play.
 
     Raises:
         ValueError: it is no boolean array with an entry for each episode, or marks none.
-        ResetNeeded: it leaves out episodes that have never started.
+        ResetNeeded: it leaves out episodes that have never started, or that play what `configure` has replaced.
     """
     if not isinstance(mask, np.ndarray) or mask.shape != (num_envs,) or mask.dtype != np.bool_:
         raise ValueError(f'options["reset_mask"] must be a boolean numpy array of shape ({num_envs},)')
@@ -53,6 +45,8 @@ def check_mask(mask: Any, num_envs: int, *, begun: bool) -> BoolArray:
         raise ValueError('options["reset_mask"] marks no environment')
     if not begun and not mask.all():
         raise ResetNeeded("the first reset() has to start every environment: leave out the reset_mask")
+    if not alike and not mask.all():
+        raise ResetNeeded("the reset() after configure() has to start every environment: leave out the reset_mask")
     return mask
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,19 +15,20 @@ from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.configured import Configured, Stage, changed, stage_of
 from cps_envs.core.interfaces.info import Costs, batch_info
 from cps_envs.core.interfaces.masks import masks_of
-from cps_envs.core.interfaces.options import check_autoreset, check_mask, check_options, reseeded
+from cps_envs.core.interfaces.options import check_autoreset, check_mask, reseeded
 from cps_envs.core.learning.setting import Setting, decisions_of, rival_of, setting
 from cps_envs.core.learning.wiring import Scaling
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.policies.lookup import PolicyReference
-from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Observation, Role, other
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Observation, Role
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
 
-class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
+class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
     """Base of the vector environments. Environment i of a batch seeded s equals the single environment seeded s + i.
 
     Arguments are those of `RoleEnv`, with the same meaning. `num_threads` threads step the environments side by side,
@@ -38,6 +39,10 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
 
     problem: Problem
     role: Role
+    overrides: Mapping[str, Any]  # fields of the configuration that are not the preset's
+    frame_skip: int  # decisions of the role in a step
+    agents: int  # rows of an episode
+    waits: bool  # whether a step ends as soon as something is to be decided again
 
     def __init__(
         self,
@@ -70,37 +75,45 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             "autoreset_mode": self.autoreset_mode,
         }
         found = self._setting(preset, interface, options)
-        self.config, self.preset, self.overrides = found.config, found.preset, found.overrides
-        self.interface, self.opponent = found.interface, rival_of(found, opponent)
-        self._match = self.problem.match(self.config, self.episodes, {other(self.role): self.opponent})
-        self.game = self._match.game
-        self.game.use_threads(check_count("num_threads", num_threads))
-        self._side = found.side(self._match, joint=not per_agent, flat=flat, scaling=scaling)
-        self.frame_skip, self.agents, self.waits = self._side.frame_skip, self._side.rows, self._side.waits
+        self.config, self.preset, self.interface = found.config, found.preset, found.interface
+        self.opponent = rival_of(found, opponent)
+        threads = check_count("num_threads", num_threads)
+        self._form: dict[str, Any] = {"joint": not per_agent, "flat": flat, "num_threads": threads}
+        self._most = None if max_episode_steps is None else check_count("max_episode_steps", max_episode_steps)
+        self._first = stage_of(found, self.opponent, self.episodes, scaling=scaling, **self._form)
+        self._use(self._first)
         self.num_envs = self.episodes * self.agents
-        self._limit = self.game.horizon
-        if max_episode_steps is not None:
-            steps = check_count("max_episode_steps", max_episode_steps)
-            if self._side.waits:
-                raise ConfigurationError(
-                    "max_episode_steps counts steps of one length, and here a step ends when something is to be "
-                    'decided: leave it out, or say interface="native"'
-                )
-            interval = self.game.decision_interval[self.role]
-            self._limit = min(self._limit, steps * interval * self.frame_skip)
-        self._limits = (self.game.horizon, self._limit)
         self._generators: Generators = ()
         self._everyone = np.ones(self.episodes, np.bool_)  # never written to
         self._nobody = np.zeros(self.episodes, np.bool_)  # nor is this
         self._ended, self._any_ended = self._nobody, False
-        self._renderer = Renderer(self.problem, self.game)
-        self._costs = Costs(self.problem, self.game)
         self.single_observation_space = self._side.observation_space
         self.single_action_space = self._side.action_space
         self.neutral_action = self._side.neutral_action  # of a row
         self._reader = ActionReader(self.single_action_space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._seal()
+
+    def _build(self, changes: Mapping[str, Any], rival: Any) -> Stage:
+        return changed(self._first, changes, rival, **self._form)
+
+    def _use(self, stage: Stage) -> None:
+        game, side = stage.game, stage.side
+        self._stage, self._match, self._side, self._costs = stage, stage.match, side, Costs(self.problem, game)
+        self._renderer = Renderer(self.problem, game)
+        settled = {"overrides": stage.setting.overrides, "frame_skip": side.frame_skip, "waits": side.waits}
+        vars(self).update(game=game, agents=side.rows, **settled)
+        self._limit = game.horizon
+        if self._most is not None:
+            if side.waits:
+                raise ConfigurationError(
+                    "max_episode_steps counts steps of one length, and here a step ends when something is to be "
+                    'decided: leave it out, or say interface="native"'
+                )
+            steps = self._most * game.decision_interval[self.role] * side.frame_skip
+            self._limit = min(self._limit, steps)
+        self._limits = (game.horizon, self._limit)
 
     def _setting(self, preset: str | None, interface: str | None, options: dict[str, Any]) -> Setting:
         return setting(self.problem, self.role, preset, interface, options)
@@ -115,11 +128,21 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of `options["reset_mask"]`, a boolean array (B,).
 
-        Environments without a seed continue with their own generator.
+        Environments without a seed continue with their own generator. Other `options` set quantities that episodes
+        draw, for the episodes that start now only: `{"power_ratio": 2.5}`, or a pair to draw from.
+
+        Raises:
+            ConfigurationError: options name what no episode draws, or a value that this environment is not made for.
+            ResetNeeded: a first reset, or the first one after `configure`, has to start all environments.
         """
+        drawn = self._asked(options, ("reset_mask",))
         envs = self._reset_mask(options)
         self._seed(seed, envs)
-        self._restart(envs)
+        self._once = drawn
+        try:
+            self._restart(envs)
+        finally:
+            self._once = None
         if self.render_mode == "human":
             self._renderer.show()
         return self._side.observe(), batch_info(self._side, self._costs.add(self.game.metrics()), envs)
@@ -129,7 +152,8 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
 
         Raises:
             ResetNeeded: before the first reset, or for an ended environment when automatic resetting is disabled.
-            ValueError: the actions have a wrong shape, are not finite or lie outside the action space.
+            ValueError: the actions have a wrong shape, are not finite, or are discrete and not in the action space. Box
+                actions outside their bounds count as the nearest ones inside.
         """
         self._check_running()
         checked = self._reader.batch(actions, self.num_envs)
@@ -140,13 +164,15 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         rewards = self._advance(checked, live)
         terminated, truncated = np.empty(self.episodes, np.bool_), np.empty(self.episodes, np.bool_)
         self._any_ended = mark_ends(game.terminated, game.elapsed, self._limits, live, terminated, truncated) > 0
+        if self._next is not None:  # something else is to be played, by all
+            truncated, self._any_ended = ~terminated, True
         self._ended = terminated | truncated if self._any_ended else self._nobody
         metrics = self._costs.add(game.metrics())
         final: dict[str, Any] = {}
         if self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
             final = self._final(metrics)
             self._restart(self._ended)
-            metrics = {**metrics, **game.metrics()}  # of the new episodes, and what the step has cost
+            metrics = {**metrics, **self.game.metrics()}  # of the new episodes, and what the step has cost
         if self.render_mode == "human":
             self._renderer.show()
         info = batch_info(self._side, metrics)
@@ -192,8 +218,14 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             )
 
     def _begin(self, envs: BoolArray) -> None:
-        """Start episodes in the marked environments."""
-        self._match.reset(envs, self._generators)
+        """Start episodes in the marked environments; what `configure` has asked for begins with all of them."""
+        if envs.all():
+            self._renew()
+        self._play(envs, None if self._next is not None else self._once or self._drawn)
+
+    def _play(self, envs: BoolArray, drawn: Any) -> None:
+        """Start episodes in the marked environments, which draw from a configuration; None: the game's."""
+        self._match.reset(envs, self._generators, drawn)
         self._side.begin(envs)
         self._costs.begin(envs)
 
@@ -217,7 +249,6 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         }
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
-        check_options(options)
         mask = (options or {}).get("reset_mask")
         if mask is None:
             return self._everyone
@@ -226,7 +257,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             if (whole.any(axis=1) != whole.all(axis=1)).any():
                 raise ValueError(f'options["reset_mask"] must mark all {self.agents} rows of an episode, or none')
             mask = whole[:, 0].copy()
-        return check_mask(mask, self.episodes, begun=bool(self._generators))
+        return check_mask(mask, self.episodes, begun=bool(self._generators), alike=self._next is None)
 
     def _seed(self, seed: int | Sequence[int | None] | None, envs: BoolArray) -> None:
         self._generators = reseeded(self._generators, seed, envs)

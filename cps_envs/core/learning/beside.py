@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import deepcopy
+from typing import Any
 
 import numpy as np
 
@@ -28,9 +29,9 @@ class Beside:
         self._actions: Array = np.full((num_envs, len(self._outside.agents), *neutral.shape), neutral)
         self._state: State = self._outside.adapter.begin(num_envs)
 
-    def reset(self, envs: BoolArray, generators: Generators) -> None:
-        """Start the marked episodes (B,) as `Match.reset` with these generators will, and leave those as they are."""
-        self._match.reset(envs, deepcopy(list(generators)))
+    def reset(self, envs: BoolArray, generators: Generators, drawn: Any = None) -> None:
+        """Start the marked episodes (B,) as `Match.reset` with these arguments will; generators stay as they are."""
+        self._match.reset(envs, deepcopy(list(generators)), drawn)
         rows = envs.nonzero()[0]
         fresh = put(tuple(map(np.copy, self._state)), rows, self._outside.adapter.begin(len(rows)), len(envs))
         self._state = self._state if fresh is None else fresh
