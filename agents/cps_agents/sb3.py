@@ -116,8 +116,6 @@ class BatchVecEnv(VecEnv):
         Raises:
             AttributeError: there is none, or action masks are asked for where all actions are legal.
         """
-        if attr_name == "action_masks" and isinstance(self.env, LearningVectorEnv):
-            self.env.action_masks()
         return [getattr(self.env, attr_name)] * len(self._envs(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:

@@ -30,7 +30,7 @@ class PolicyNetwork(nn.Module):
         self.inputs = columns.size
         self.entries = len(self.choices) or columns.last_action
         self.policy = _layers(columns.size, hidden, columns.last_action, 0.0, generator)
-        self.value = _layers(columns.size + envs.privileged().shape[1], hidden, 1, 1.0, generator)
+        self.value = _layers(columns.size + envs.privileged_size, hidden, 1, 1.0, generator)
         neutral = np.ravel(envs.adapter.neutral_action)
         bias = _logits(self.choices, neutral, ppo.neutral_bias) if self.choices else neutral
         with torch.no_grad():

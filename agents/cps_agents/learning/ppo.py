@@ -119,9 +119,7 @@ class Learner:
     def collect(self) -> Experience:
         """Play `num_steps` decisions of every row."""
         envs, count = self.envs, self.recipe.ppo.n_steps
-        played = Experience.empty(
-            count, envs.num_envs, self.rows.shape[1], envs.privileged().shape[1], self.network.entries
-        )
+        played = Experience.empty(count, envs.num_envs, self.rows.shape[1], envs.privileged_size, self.network.entries)
         for t in range(count):
             self.see(played, t)
             active = played.active[t]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -23,6 +24,7 @@ Bodies = float | tuple[float, ...]  # of all bodies, or one value for each
 RangedBodies = Range | tuple[Range, ...]  # the same, each a value or the bounds of a draw; see `bodies`
 OverTime = float | tuple[float, ...] | Series  # of all bodies, one value for each, or a series
 TRACES = "traces"  # the argument that fills fields from a file
+NUMBER = re.compile(r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?")  # as people write one
 Config = TypeVar("Config")
 
 
@@ -179,6 +181,17 @@ def _field(name: str, value: Any, timed: Mapping[str, str]) -> Any:
         return series_of(name, value)
     if name == FIELD and isinstance(value, Mapping):
         return tuple((str(metric), _plain(value[metric])) for metric in sorted(value, key=str))
+    return plain(name, value)
+
+
+def plain(name: str, value: Any) -> Any:
+    """A value of this name with tuples for lists of any library, and Python's numbers for its numbers.
+
+    Lists are those of JSON, arrays of NumPy, series of pandas or polars, tensors, and OmegaConf's.
+
+    Raises:
+        ConfigurationError: it is nested too deeply.
+    """
     try:
         return _plain(value)
     except RecursionError as error:
@@ -186,22 +199,26 @@ def _field(name: str, value: Any, timed: Mapping[str, str]) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Lists, as JSON has them, and arrays as tuples, and numpy's numbers as Python's."""
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
+    for name in ("tolist", "to_list"):
+        if not isinstance(value, type) and callable(getattr(value, name, None)):
+            return _plain(getattr(value, name)())
+    if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
         return tuple(_plain(part) for part in value)
-    return value.item() if isinstance(value, np.generic) else value
+    return value
 
 
 def validate(config: Any) -> None:
     """Check every quantity of a configuration against its declared type, bounds and choices.
 
+    What is a list of any library becomes a tuple, see `plain`.
+
     Raises:
         ConfigurationError: naming the field, the value and what is allowed.
     """
     for field in dataclasses.fields(config):
-        value = getattr(config, field.name)
+        value = plain(field.name, given := getattr(config, field.name))
+        if value is not given:
+            object.__setattr__(config, field.name, value)
         if is_objective(field):
             check_objective(field, value)
         elif field.metadata["choices"]:
@@ -245,17 +262,19 @@ def _check_choice(field: dataclasses.Field[Any], value: Any) -> None:
     for word in value if listed else (value,):
         if not isinstance(word, str) or word not in choices:
             wrong = f"{given}: {shown(word)}" if listed else given
-            raise ConfigurationError(f"{wrong} is not one of {', '.join(choices)}. {near(shown(word), choices)}")
+            raise ConfigurationError(
+                f"{wrong} is not one of {', '.join(choices)}. {near(shown(word), choices)}{_misread(word)}"
+            )
 
 
 def _check_bool(name: str, value: Any) -> None:
     if not isinstance(value, bool):
-        raise ConfigurationError(f"{name} = {shown(value)} must be True or False.")
+        raise ConfigurationError(f"{name} = {shown(value)} must be True or False.{_misread(value)}")
 
 
 def _check_text(name: str, value: Any) -> None:
     if not isinstance(value, str):
-        raise ConfigurationError(f"{name} = {shown(value)} must be text.")
+        raise ConfigurationError(f"{name} = {shown(value)} must be text.{_misread(value)}")
 
 
 def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
@@ -269,9 +288,14 @@ def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
     several = bool(rule["bodies"]) and not rule["ranged"] and isinstance(value, tuple) and len(value) > 0
     parts = value if pair or listed or several else (value,)
     if (listed and not isinstance(value, tuple)) or not all(_is_number(part, integral) for part in parts):
-        raise ConfigurationError(f"{field.name} = {shown(value)} must be {_kind(field, integral)} in {rule['unit']}.")
+        among = parts if isinstance(parts, tuple) else (value,)
+        wrong = next((part for part in among if not _is_number(part, integral)), value)
+        unit = "" if rule["unit"] == "-" else f" in {rule['unit']}"
+        raise ConfigurationError(
+            f"{field.name} = {shown(value)} must be {_kind(field, integral)}{unit}.{_misread(wrong)}"
+        )
     if not all(rule["low"] <= part <= rule["high"] for part in parts):
-        allowed = f"[{rule['low']:g}, {rule['high']:g}] {rule['unit']}"
+        allowed = f"[{rule['low']:g}, {rule['high']:g}] {rule['unit']}".removesuffix(" -")
         raise ConfigurationError(f"{field.name} = {shown(value)} is outside {allowed}; the default is {field.default}.")
     if pair and value[0] > value[1]:
         raise ConfigurationError(f"{field.name} = {shown(value)}: the lower end comes first.")
@@ -292,6 +316,23 @@ def _check_series(field: dataclasses.Field[Any], series: Series) -> None:
 def _is_number(part: Any, integral: bool) -> bool:
     number = isinstance(part, int) if integral else isinstance(part, (int, float))
     return number and not isinstance(part, bool) and part == part and abs(part) != math.inf
+
+
+def _misread(value: Any) -> str:
+    """A sentence on what a file format has made of a value, if that is why it does not fit."""
+    if isinstance(value, str) and value.strip().lower() in ("true", "false", "yes", "no", "on", "off"):
+        return f" {shown(value)} is text here: write it without quotes, as true or false."
+    if isinstance(value, str) and NUMBER.fullmatch(value.strip()):
+        dotted = float(value)
+        return (
+            f" {shown(value)} is text here, not a number: write {dotted:g} without quotes, with a point and a sign "
+            f"before an exponent, as in 5.0e+5, which YAML needs."
+        )
+    if isinstance(value, bool):
+        return f" YAML reads yes, no, on and off as {value}: put the word into quotes."
+    if isinstance(value, float) and value.is_integer():
+        return f" Write {value:.0f} without a point."
+    return ""
 
 
 def _kind(field: dataclasses.Field[Any], integral: bool) -> str:

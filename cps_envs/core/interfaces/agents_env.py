@@ -73,6 +73,7 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
         if seed is not None or self._generator is None:
             self._generator = seeding.np_random(seed)[0]
         self._renew()
+        self._begun = True
         self._batch.reset(self._envs, [self._generator], drawn)
         self.agents, self._cycles = self.possible_agents[:], 0
         if self.render_mode == "human":
@@ -109,12 +110,22 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
         return observations, paid, *ends, infos
 
     def state(self) -> Observation:
-        """What all roles played from outside observe, and what the episode hides from them, (n,): for critics."""
+        """What all roles played from outside observe, and what the episode hides from them, (n,): for critics.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        self._check_begun()
         shown: Observation = self._batch.state()[0]
         return shown
 
     def render(self) -> Array | None:
-        """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""
+        """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        self._check_begun()
         return self._renderer.render(self.render_mode)
 
     def close(self) -> None:

@@ -117,7 +117,12 @@ class AgentsVectorEnv(AgentsForm):
         return self._observations(), paid, ends[0], ends[1], {**self._infos(metrics), **final}
 
     def state(self) -> Observation:
-        """What all roles played from outside observe, and what episodes hide from them, (B, n): for critics."""
+        """What all roles played from outside observe, and what episodes hide from them, (B, n): for critics.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        self._check_begun()
         return self._batch.state()
 
     def close(self) -> None:
@@ -126,6 +131,7 @@ class AgentsVectorEnv(AgentsForm):
     def _restart(self, envs: BoolArray, drawn: Any) -> None:
         if envs.all():
             self._renew()
+        self._begun = True
         self._batch.reset(envs, self._generators, None if self._next is not None else drawn)
         self._cycles[envs] = 0
         self._ended = self._ended & ~envs

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 import gymnasium
+from gymnasium.error import ResetNeeded
 
 from cps_envs.core.declare.config import configure, is_drawn
 from cps_envs.core.declare.training import Training
@@ -16,7 +17,7 @@ from cps_envs.core.game.game import Game
 from cps_envs.core.game.match import Match
 from cps_envs.core.learning.setting import ARGUMENTS, Setting
 from cps_envs.core.learning.side import LearningSide, Side
-from cps_envs.core.learning.wiring import Scaling
+from cps_envs.core.learning.wiring import Scaling, WiredBox
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import other
 
@@ -60,7 +61,7 @@ def stage_of(
     *,
     joint: bool,
     flat: bool,
-    scaling: Scaling | None,
+    scaling: Scaling | WiredBox | None,
     num_threads: int = 1,
 ) -> Stage:
     """The stage of a setting, before any change.
@@ -97,6 +98,7 @@ class Configured:
     _drawn: Any = None  # the configuration that episodes draw from, if it is another one than the game's
     _once: Any = None  # the same for the reset that is being made
     _fixed: frozenset[str] = frozenset()
+    _begun: bool = False  # whether there has been a reset
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name in self._fixed:
@@ -196,6 +198,11 @@ class Configured:
         drawn = configure(self._drawn or game.config, asked)
         game.check_draws(drawn)
         return drawn
+
+    def _check_begun(self) -> None:
+        """Raise ResetNeeded before the first reset, where there is no episode to tell of."""
+        if not self._begun:
+            raise ResetNeeded("no episode has begun: call reset() first")
 
     def _seal(self) -> None:
         """Let nobody set what the environment was made with."""

@@ -16,7 +16,7 @@ from cps_envs.core.interfaces.configured import Configured, Stage, changed, stag
 from cps_envs.core.interfaces.info import Costs, episode_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.learning.setting import decisions_of, rival_of, setting
-from cps_envs.core.learning.wiring import Scaling
+from cps_envs.core.learning.wiring import Scaling, WiredBox
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Array, BoolArray, Observation, Role
@@ -51,14 +51,14 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
         opponent: PolicyReference | None = None,
         interface: str | None = None,
         flat: bool = False,
-        scaling: Scaling | None = None,
+        scaling: Scaling | WiredBox | None = None,
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
         """`options` are settings of the interface, such as `frame_skip` and `adapter`, and fields of the configuration.
 
-        `scaling` is mean and deviation of the inputs, as `env.observation_space.wiring` has them; by default those that
-        ship, or for another configuration measured once.
+        `scaling` is mean and deviation of the inputs, or an observation space that has them, such as that of a model
+        which is to go on learning here; by default those that ship, or for another configuration measured once.
 
         Raises:
             ConfigurationError: an unknown preset, field or interface, or a value that cannot be right.
@@ -112,7 +112,7 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
         self._match.reset(self._envs, [self.np_random], drawn)
         self._side.begin(self._envs)
         self._costs.begin(self._envs)
-        self._running = True
+        self._running = self._begun = True
         if self.render_mode == "human":
             self._renderer.show()
         return self._side.observe()[0], episode_info(self.game, self._side, self._costs)
@@ -142,12 +142,18 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
 
         Raises:
             AttributeError: everything in the action space is legal. So `hasattr` tells whether there are masks.
+            ResetNeeded: the function is called before the first reset.
         """
-        masks = masks_of(self._side, self.game, self.role)
+        masks = masks_of(self._side, self.game, self.role, self._check_begun)
         return lambda: masks()[0]
 
     def render(self) -> Array | None:
-        """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""
+        """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        self._check_begun()
         return self._renderer.render(self.render_mode)
 
     def close(self) -> None:

@@ -25,7 +25,7 @@ from cps_envs.core.learning.outside import Outside
 from cps_envs.core.learning.scaling import random_actions
 from cps_envs.core.learning.setting import Setting, setting
 from cps_envs.core.learning.side import LearningSide
-from cps_envs.core.learning.wiring import Scaling, Wired
+from cps_envs.core.learning.wiring import Scaling, Wired, WiredBox
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role
@@ -68,7 +68,7 @@ class LearningVectorEnv(RoleVectorEnv):
         preset: str | None = None,
         opponent: PolicyReference | None = None,
         seed: int = 0,
-        scaling: Scaling | None = None,
+        scaling: Scaling | WiredBox | None = None,
         copies: int = 1,
         num_threads: int = 1,
         per_agent: bool = True,
@@ -81,7 +81,8 @@ class LearningVectorEnv(RoleVectorEnv):
 
         What is left out is as `training` says, which is `problem.training` if left out itself.
 
-        `scaling` is mean and deviation of the inputs of a network that is to go on learning. With `copies` above 1,
+        `scaling` is mean and deviation of the inputs of a network that is to go on learning, or its observation space.
+        With `copies` above 1,
         episodes b, b + num_envs / copies, ... begin with equal generators, and all at the same time: for learners that
         play an episode several times.
 
@@ -171,13 +172,29 @@ class LearningVectorEnv(RoleVectorEnv):
         return self._side.observe(), batch_info(self._side, self._costs.add(self.game.metrics()))
 
     def active(self) -> BoolArray:
-        """The rows that are there and whose action has an effect now, (num_envs,)."""
+        """The rows that are there and whose action has an effect now, (num_envs,).
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        self._check_begun()
         found = self._player.active()
         marks: BoolArray = np.logical_or.reduce(found.reshape(self.num_envs, -1), axis=1)
         return marks
 
+    @property
+    def privileged_size(self) -> int:
+        """How many numbers `privileged` has for each row."""
+        with np.errstate(all="ignore"):  # nothing is drawn before the first reset, and only the size counts here
+            return self.outside.privileged().size // self.num_envs
+
     def privileged(self) -> Observation:
-        """What the episodes hide, (num_envs, p), for value functions in training only."""
+        """What the episodes hide, (num_envs, p), for value functions in training only.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        self._check_begun()
         shown = self.outside.privileged()
         return shown.reshape(self.num_envs, -1)
 

@@ -20,7 +20,7 @@ from cps_envs.core.interfaces.info import Costs, batch_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.interfaces.options import check_autoreset, check_mask, reseeded
 from cps_envs.core.learning.setting import Setting, decisions_of, rival_of, setting
-from cps_envs.core.learning.wiring import Scaling
+from cps_envs.core.learning.wiring import Scaling, WiredBox
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Observation, Role
@@ -53,7 +53,7 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
         interface: str | None = None,
         per_agent: bool = False,
         flat: bool = False,
-        scaling: Scaling | None = None,
+        scaling: Scaling | WiredBox | None = None,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
         autoreset: str | AutoresetMode = AutoresetMode.NEXT_STEP,
@@ -194,11 +194,17 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
 
         Raises:
             AttributeError: this role has no masks. So `hasattr` tells whether it has any.
+            ResetNeeded: the function is called before the first reset.
         """
-        return masks_of(self._side, self.game, self.role)
+        return masks_of(self._side, self.game, self.role, self._check_begun)
 
     def render(self) -> tuple[Array, ...] | None:
-        """One frame per environment in mode `rgb_array`; in mode `human` the first environment is shown."""
+        """One frame per environment in mode `rgb_array`; in mode `human` the first environment is shown.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        self._check_begun()
         if self.render_mode == "rgb_array":
             return tuple(self._renderer.frame(row // self.agents) for row in range(self.num_envs))
         self._renderer.render(self.render_mode)
@@ -221,6 +227,7 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
         """Start episodes in the marked environments; what `configure` has asked for begins with all of them."""
         if envs.all():
             self._renew()
+        self._begun = True
         self._play(envs, None if self._next is not None else self._once or self._drawn)
 
     def _play(self, envs: BoolArray, drawn: Any) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any
 
-from cps_envs.core.declare.config import check_count
+from cps_envs.core.declare.config import check_count, plain
 from cps_envs.core.declare.objective import foreign_pay
 from cps_envs.core.declare.training import INTERFACE, NATIVE, Training
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, shown
@@ -18,7 +18,7 @@ from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.learning.outside import Outside
 from cps_envs.core.learning.scaling import scaling_for
 from cps_envs.core.learning.side import LearningSide, NativeSide, Side
-from cps_envs.core.learning.wiring import Scaling, Wiring
+from cps_envs.core.learning.wiring import Scaling, WiredBox, Wiring
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import Role, other
 
@@ -51,8 +51,8 @@ class Setting:
     interface: str  # "learning" or "native"
     training: Training
 
-    def wiring(self, match: Match, *, joint: bool, flat: bool, scaling: Scaling | None = None) -> Wiring:
-        """The wiring that the settings ask for; `scaling` None: what ships, or is measured.
+    def wiring(self, match: Match, *, joint: bool, flat: bool, scaling: Scaling | WiredBox | None = None) -> Wiring:
+        """The wiring that the settings ask for; `scaling` None: what ships, or is measured. A space brings its own.
 
         Raises:
             UnknownNameError: there is no such adapter.
@@ -68,10 +68,12 @@ class Setting:
             **{name: getattr(self.training, name) for name in INTERFACE},
         )
         alone = replace(plain, joint=False, flat=False)
+        if isinstance(scaling, WiredBox):
+            scaling = scaling.wiring.mean, scaling.wiring.deviation
         mean, deviation = scaling or scaling_for(self.problem, self.config, self.preset, alone)
         return replace(plain, mean=mean, deviation=deviation)
 
-    def side(self, match: Match, *, joint: bool, flat: bool, scaling: Scaling | None = None) -> Side:
+    def side(self, match: Match, *, joint: bool, flat: bool, scaling: Scaling | WiredBox | None = None) -> Side:
         """The role of a match, played from outside.
 
         Raises:
@@ -111,7 +113,7 @@ def setting(
     """
     preset, options = with_file(problem, preset, options)
     usual = problem.usual_preset if preset is None else preset
-    own = {name: _plain(value) for name, value in options.items() if name in known and value is not None}
+    own = {name: plain(name, value) for name, value in options.items() if name in known and value is not None}
     _check(own)
     overrides = {name: value for name, value in options.items() if name not in known}
     try:
@@ -160,7 +162,3 @@ def _check(own: dict[str, Any]) -> None:
     for name, kind, wanted in (("adapter", str, "a name"), ("shared_pay", bool, "True or False")):
         if name in own and not isinstance(own[name], kind):
             raise ConfigurationError(f"{name} = {shown(own[name])} must be {wanted}")
-
-
-def _plain(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value

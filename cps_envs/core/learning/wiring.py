@@ -5,6 +5,7 @@ The same wiring makes the rows of a training environment and the inputs of a tra
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -76,6 +77,20 @@ class WiredBox(spaces.Box):
         """`agents` share a row; `local` ones see by sensors of their own."""
         super().__init__(-CLIP, CLIP, (agents * columns.size,), np.float32)
         self.columns, self.wiring, self.agents, self.local = columns, wiring, agents, local
+
+    def __eq__(self, other: object) -> bool:
+        """Whether rows are made alike: a model that was trained on others must not go on with these."""
+        alike = not isinstance(other, WiredBox) or (self.wiring, self.agents) == (other.wiring, other.agents)
+        return alike and super().__eq__(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        """What rows are made of, and a digest of their scale."""
+        wiring, (count,) = self.wiring, self.shape
+        scale = hashlib.sha256(repr((wiring.mean, wiring.deviation)).encode()).hexdigest()[:8]
+        how = f"adapter={wiring.adapter!r}, frame_skip={wiring.frame_skip}, scale {scale}"
+        return f"WiredBox({count} inputs of {wiring.problem}, {wiring.role}: {how})"
 
 
 @dataclass(frozen=True)

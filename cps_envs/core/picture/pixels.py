@@ -23,12 +23,16 @@ class PixelCanvas(Canvas):
     """
 
     def __init__(self, width: int, height: int) -> None:
+        self._size = width, height
         self._pygame: Any = require("pygame", extra="render", purpose="drawing frames")
         self._pygame.font.init()
         self._surface = self._pygame.Surface((width, height), depth=32)
         self._fonts: dict[int, Any] = {}
         self._lettering = lru_cache(maxsize=1024)(self._letter)
         self._sprites: dict[Hashable, Any] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._size  # a copy is blank: every picture begins with `fill`
 
     def fill(self, color: Color) -> None:
         """Cover everything."""

@@ -28,13 +28,20 @@ def check_render_mode(mode: str | None) -> None:
 class Renderer:
     """Draws environments of a game with its problem's viewer, which is made when the first frame is asked for.
 
-    Another `viewer` may be given, such as one that records.
+    Another `viewer` may be given, such as one that records. A copy has no window, and makes a viewer anew that is none
+    of ours, as it may hold what cannot be copied.
     """
 
     def __init__(self, problem: Problem, game: Game, viewer: Any = None) -> None:
         self._problem, self._game = problem, game
-        self._viewer = viewer
+        self._viewer, self._given = viewer, viewer is not None
         self._window: Window | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        from cps_envs.core.picture.viewer import CanvasViewer  # draws with what an environment needs only to render
+
+        kept = self._given or isinstance(self._viewer, CanvasViewer)
+        return {**vars(self), "_window": None, "_viewer": self._viewer if kept else None}
 
     @property
     def viewer(self) -> Any:

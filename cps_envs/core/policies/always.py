@@ -18,10 +18,10 @@ class Always(AnalyticPolicy):
     """Takes the same action at every decision: `always?action=[0,0,1,1]`. A learner should beat the best of them.
 
     A single number stands for all entries of the action. With an adapter all its agents take the action:
-    `always?adapter=motion&action=7`.
+    `always?adapter=motion&action=7`. Of a Box what lies outside its bounds counts as the nearest action inside.
 
     Raises:
-        ValueError: an action that is not in the action space.
+        ValueError: an action of another shape, that is not finite, or that is discrete and not in the action space.
         UnknownNameError: the role has no such adapter.
     """
 

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+from array import array
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -45,6 +48,47 @@ def test_tuples_of_any_length_are_taken() -> None:
     assert configure(tank, {"ports": [], "levels_m": (), "alarms": []}) == Tank(ports=(), levels_m=(), alarms=())
 
 
+class Listed(Sequence[Any]):
+    """As OmegaConf's ListConfig: a sequence that is no list."""
+
+    def __init__(self, *values: Any) -> None:
+        self.values = values
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, place: Any) -> Any:
+        return self.values[place]
+
+
+class Series:
+    """As that of pandas or polars: no sequence, with a method that makes a list."""
+
+    def __init__(self, method: str, *values: Any) -> None:
+        setattr(self, method, lambda: list(values))
+
+
+@pytest.mark.parametrize(
+    "levels",
+    [
+        np.array([1.0, 2.5]),
+        np.array([1.0, 2.5], np.float32),
+        array("d", [1.0, 2.5]),
+        deque([1.0, 2.5]),
+        Listed(np.float64(1.0), 2.5),
+        Series("tolist", 1.0, 2.5),
+        Series("to_list", 1.0, np.float64(2.5)),
+    ],
+    ids=lambda levels: type(levels).__name__,
+)
+def test_lists_of_every_library_become_tuples(levels: Any) -> None:
+    for tank in (configure(Tank(), {"levels_m": levels}), Tank(levels_m=levels), replace(Tank(), levels_m=levels)):
+        assert tank == Tank(levels_m=(1.0, 2.5))
+        assert [type(level) for level in tank.levels_m] == [float, float]
+        assert hash(tank) == hash(Tank(levels_m=(1.0, 2.5)))
+    assert Tank(inflow=np.array([0.1, 0.2]), valves=np.array(3)) == Tank(inflow=(0.1, 0.2), valves=3)  # type: ignore[arg-type]
+
+
 def test_unknown_field_names_the_near_one() -> None:
     with pytest.raises(
         ConfigurationError,
@@ -71,11 +115,11 @@ def test_unknown_field_names_the_near_one() -> None:
         ("leaks", 1, "must be True or False"),
         ("shape", "rond", "Did you mean 'round'"),
         ("shape", ["round"], "is not one of round, square"),
-        ("ports", 3, r"ports = 3 must be a tuple of whole numbers in -"),
+        ("ports", 3, r"ports = 3 must be a tuple of whole numbers\.$"),
         ("ports", [1, 2.0], r"ports = \(1, 2.0\) must be a tuple of whole numbers"),
         ("ports", [True], "must be a tuple of whole numbers"),
         ("ports", [[1]], "must be a tuple of whole numbers"),
-        ("ports", [1, 6], r"ports = \(1, 6\) is outside \[0, 5\] -; the default is \(0, 2\)"),
+        ("ports", [1, 6], r"ports = \(1, 6\) is outside \[0, 5\]; the default is \(0, 2\)"),
         ("levels_m", "12", "must be a tuple of numbers in m"),
         ("levels_m", [1.0, None], "must be a tuple of numbers in m"),
         ("levels_m", [float("nan")], "must be a tuple of numbers in m"),
@@ -83,6 +127,17 @@ def test_unknown_field_names_the_near_one() -> None:
         ("alarms", "low", "alarms = 'low' must be a tuple of words from low, high"),
         ("alarms", ["low", "hihg"], r"alarms = \('low', 'hihg'\): 'hihg' is not one of low, high. Did you mean 'high'"),
         ("alarms", [1], "1 is not one of low, high"),
+        (
+            "volume_l",
+            "5e0",
+            r"'5e0' is text here, not a number: write 5 without .* as in 5.0e\+5, which YAML needs",
+        ),
+        ("volume_l", "2.5", "must be a number in l. '2.5' is text here, not a number: write 2.5 without quotes"),
+        ("levels_m", [1.0, "1e-3"], "'1e-3' is text here, not a number: write 0.001 without quotes"),
+        ("volume_l", "many", r"must be a number in l\.$"),
+        ("valves", 2.0, r"of whole numbers\. Write 2 without a point"),
+        ("leaks", "true", "'true' is text here: write it without quotes"),
+        ("shape", False, "Known: round, square. YAML reads yes, no, on and off as False: put the word into quotes"),
     ],
 )
 def test_impossible_values_are_refused(name: str, value: Any, message: str) -> None:

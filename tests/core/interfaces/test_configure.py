@@ -261,3 +261,26 @@ def test_values_that_arrays_are_not_made_for_are_refused() -> None:
         env.reset(options={"num_vehicles": 9})
     env.reset(seed=0, options={"num_vehicles": 5, "attacker_index": 2})
     assert env.unwrapped.game.truth(0)["seat"] == 1  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_nothing_is_told_of_episodes_before_the_first_reset(form: str) -> None:
+    env = FORMS[form]()
+    asked = [ask for ask in ("action_masks", "active", "privileged", "state") if hasattr(env, ask)]
+    assert asked
+    for ask in asked:
+        with pytest.raises(ResetNeeded, match=r"no episode has begun: call reset\(\) first"):
+            getattr(env, ask)()
+    env.reset(seed=0)
+    assert all(len(getattr(env, ask)()) for ask in asked)
+
+
+def test_rows_that_are_scaled_otherwise_are_another_space() -> None:
+    made, other = LearningVectorEnv(LEARNED, "attacker", 2), LearningVectorEnv(LEARNED, "attacker", 2, drift=0.5)
+    one, another = made.single_observation_space, other.single_observation_space
+    assert one == pickle.loads(pickle.dumps(one)) == LearningVectorEnv(LEARNED, "attacker", 3).single_observation_space
+    assert one != another
+    assert repr(one) != repr(another)
+    kept = LearningVectorEnv(LEARNED, "attacker", 2, drift=0.5, scaling=one)  # type: ignore[arg-type]
+    assert kept.single_observation_space == one
+    assert gymnasium.spaces.Box(-5.0, 5.0, one.shape) == one  # what others make of it is as before

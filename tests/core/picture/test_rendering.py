@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import sys
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
 from xml.etree import ElementTree
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
@@ -28,15 +32,48 @@ SVG = "{http://www.w3.org/2000/svg}"
 PICTURED: dict[str, Pictured] = {name: import_module(f"tests.{name}.pictures").PICTURED for name in PROBLEMS}
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda mode: ToyAttackEnv(render_mode=mode),
-        lambda mode: ToyAttackVectorEnv(2, render_mode=mode),
-        lambda mode: RolesParallelEnv(TOY, render_mode=mode),
-        lambda mode: SwarmEnv(TOY, "defender", render_mode=mode),
-    ],
-)
+FORMS: list[Any] = [
+    lambda mode: ToyAttackEnv(render_mode=mode),
+    lambda mode: ToyAttackVectorEnv(2, render_mode=mode),
+    lambda mode: RolesParallelEnv(TOY, render_mode=mode),
+    lambda mode: SwarmEnv(TOY, "defender", render_mode=mode),
+]
+
+
+@pytest.mark.parametrize("make", FORMS)
+@pytest.mark.parametrize("mode", ["rgb_array", "human"])
+def test_there_is_nothing_to_draw_before_the_first_reset(make: Any, mode: str) -> None:
+    with pytest.raises(ResetNeeded, match="no episode has begun"):
+        make(mode).render()
+
+
+@pytest.mark.parametrize("make", FORMS)
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_what_was_drawn_can_be_copied(make: Any, again: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    env = make("rgb_array")
+    env.reset(seed=0)
+    shown = np.asarray(env.render())
+    monkeypatch.setattr(env._renderer.viewer, "handle", sys, raising=False)  # of a viewer of somebody's own
+    np.testing.assert_array_equal(np.asarray(again(env).render()), shown)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_a_copy_goes_on_with_the_picture_of_the_episode(name: str) -> None:
+    pytest.importorskip("pygame")
+    env: Any = gymnasium.make(find_problem(name).env_id("attacker"), render_mode="rgb_array").unwrapped
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step(env.neutral_action)
+        env.render()
+    shown = []
+    for each in (copy.deepcopy(env), pickle.loads(pickle.dumps(env)), env):
+        each.step(env.neutral_action)
+        shown.append(each.render())
+    np.testing.assert_array_equal(shown[0], shown[2])
+    np.testing.assert_array_equal(shown[1], shown[2])
+
+
+@pytest.mark.parametrize("make", FORMS)
 def test_every_face_draws_and_refuses_unknown_modes(make: Any) -> None:
     env = make("rgb_array")
     env.reset(seed=0)
