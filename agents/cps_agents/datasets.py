@@ -18,7 +18,7 @@ import gymnasium
 import numpy as np
 
 from cps_agents.errors import CommandError
-from cps_agents.files import DRAFTS, replacing
+from cps_agents.files import DRAFTS, draft_name, replacing, sweep
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.errors import require
 from cps_envs.core.game.game import Game
@@ -128,7 +128,8 @@ def _have_room(folder: Path, size: int) -> None:
 @contextmanager
 def _drafted(root: Path, dataset_id: str) -> Iterator[Path]:
     """While Minari writes a dataset into a hidden folder of `root`, which takes its place there when all went well."""
-    drafts, before = root / DRAFTS / os.urandom(8).hex(), os.environ.get(ROOT)
+    drafts, before = root / DRAFTS / draft_name(), os.environ.get(ROOT)
+    sweep(drafts.parent)
     drafts.mkdir(parents=True)
     os.environ[ROOT] = str(drafts)
     try:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
+import platform
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -21,13 +24,13 @@ ATTEMPTS = 100  # to make it
 def replacing(path: Path) -> Iterator[Path]:
     """A path to write to, with the suffix of `path`; it takes the place of `path` when all went well.
 
-    It lies in a hidden folder, where nobody who lists the files beside `path` finds it half written.
+    It lies in a hidden folder, where nobody who lists the files beside `path` finds it half written. What a process has
+    left there that was killed goes when the next file is written beside it.
 
     Raises:
         OSError: the file cannot be written; the message names `path`.
     """
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise OSError(errno.EINVAL, "it cannot be written: it is a device or a pipe", str(path))
+    _check_kind(path)
     drafts = path.parent / DRAFTS
     try:
         draft = _begin(drafts, path.suffix)
@@ -45,10 +48,58 @@ def replacing(path: Path) -> Iterator[Path]:
         raise
 
 
+def check_writable(path: Path) -> None:
+    """Say at once, and not after long work, that a file cannot be written; nothing is left behind.
+
+    Raises:
+        OSError: it cannot be; the message names `path`.
+    """
+    _check_kind(path)
+    there = next(parent for parent in path.absolute().parents if parent.exists())
+    if not there.is_dir():
+        raise OSError(errno.ENOTDIR, f"it cannot be written: {os.strerror(errno.ENOTDIR)}", str(path))
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise OSError(errno.EACCES, f"it cannot be written: {os.strerror(errno.EACCES)}", str(path))
+
+
+def _check_kind(path: Path) -> None:
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise OSError(errno.EINVAL, "it cannot be written: it is a device or a pipe", str(path))
+
+
+def draft_name() -> str:
+    """A name that nobody else has, and that tells whose draft it is, see `sweep`."""
+    return f"{_machine()}-{os.getpid()}-{os.urandom(8).hex()}"
+
+
+def sweep(drafts: Path) -> None:
+    """Remove what processes of this machine have left in a folder of drafts that are no longer there."""
+    for draft in drafts.glob(f"{_machine()}-*-*") if os.name == "posix" else ():
+        owner = draft.name.split("-")[1]
+        if owner.isdigit() and not _is_alive(int(owner)):
+            with suppress(OSError):
+                shutil.rmtree(draft) if draft.is_dir() else draft.unlink()
+
+
+def _machine() -> str:
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)  # sends nothing
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # somebody else's
+        pass
+    return True
+
+
 def _begin(drafts: Path, suffix: str) -> Path:
     """Make an empty file that nobody else has, and its folder, which another process may be about to remove."""
+    sweep(drafts)
     for attempts_left in reversed(range(ATTEMPTS)):
-        draft = drafts / f"{os.urandom(8).hex()}{suffix}"
+        draft = drafts / f"{draft_name()}{suffix}"
         try:
             drafts.mkdir(parents=True, exist_ok=True)
             draft.touch(exist_ok=False)
@@ -105,7 +156,11 @@ def alone_at(path: Path, wait_s: float = 0.0) -> Iterator[None]:
 
 @contextmanager
 def _held(lock: Path, what: str, wait_s: float = 0.0) -> Iterator[None]:
-    lock.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = f"nothing can be written there: {error.strerror}; choose another folder"
+        raise OSError(error.errno, reason, str(lock.parent)) from error
     from filelock import FileLock, Timeout  # brings sockets along
 
     held = FileLock(lock, timeout=wait_s)

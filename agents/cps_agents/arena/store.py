@@ -58,7 +58,11 @@ class Store:
     def put(self, job: Job, result: Result) -> None:
         """Keep a result."""
         plain, path = json.loads(to_json(result)), self._path(job)
-        write_json(path, {**self._described(job), "digest": _digest(plain), "result": plain})
+        try:
+            write_json(path, {**self._described(job), "digest": _digest(plain), "result": plain})
+        except OSError as error:
+            remedy = f"{error.strerror}. Finished games are kept there: name another folder with --meetings DIR"
+            raise OSError(error.errno, remedy, str(path)) from error
         if self._own is not None:
             self._own.add(path)
 

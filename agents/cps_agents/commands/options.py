@@ -10,6 +10,7 @@ import typer
 
 from cps_agents.console import assignments, note
 from cps_agents.errors import CommandError
+from cps_agents.files import check_writable
 from cps_envs.core.declare.objective import foreign_pay
 from cps_envs.core.game.configuration_file import ARGUMENT, with_file
 from cps_envs.core.game.problem import Problem
@@ -43,7 +44,29 @@ BUDGET = "CPU time for each method and training seed; default: 60."
 Oracles = Annotated[list[str] | None, typer.Option("--oracle", metavar="NAME", help=ORACLE)]
 Steps = Annotated[int | None, typer.Option(min=1, help=STEPS)]
 BudgetS = Annotated[float | None, typer.Option("--budget", metavar="SECONDS", min=0.1, help=BUDGET)]
-Meetings = Annotated[Path, typer.Option("--meetings", metavar="DIR", envvar="CPS_ENVS_MEETINGS", help=KEPT)]
+
+
+def _able_to_keep(folder: Path) -> Path:
+    """A folder in which games can be kept, said before they are played. One that is there may only be read.
+
+    Raises:
+        CommandError: nothing can be kept there.
+    """
+    try:
+        if not folder.is_dir():
+            check_writable(folder / "meeting.json")
+    except OSError as error:
+        raise CommandError(
+            f"finished games cannot be kept in {folder} ({error.strerror}): name a folder that can be written, with "
+            "--meetings DIR or in CPS_ENVS_MEETINGS"
+        ) from error
+    return folder
+
+
+Meetings = Annotated[
+    Path,
+    typer.Option("--meetings", metavar="DIR", envvar="CPS_ENVS_MEETINGS", help=KEPT, callback=_able_to_keep),
+]
 
 
 def role_named(text: str) -> Role:

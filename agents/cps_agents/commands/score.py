@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,8 +9,8 @@ import typer
 from typer.core import TyperGroup
 
 from cps_agents.commands.options import AsJson
-from cps_agents.console import note, out, print_json, to_json
-from cps_agents.files import replacing
+from cps_agents.console import note, out, print_json
+from cps_agents.files import check_writable, write_json
 from cps_agents.progress import Progress
 from cps_agents.scoring.board import agreement, rank_line, table
 from cps_agents.scoring.board import board as ranked
@@ -52,18 +51,18 @@ def score_policy(
     found = find_track(track)
     total = found.episodes * len(found.panel) // (8 if dev else 1)
     made = Kind(kind or "searched", numbers) if kind or numbers else None
-    scored: Score | None = None
+    if to is not None:
+        check_writable(to)
+    with Progress("episodes", total) as progress:
+        scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)
+        progress.update(total)
     try:
-        with nullcontext() if to is None else replacing(to) as draft:  # refused at once if it cannot be written
-            with Progress("episodes", total) as progress:
-                scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)
-                progress.update(total)
-            if draft is not None:
-                draft.write_text(to_json(scored.to_json()) + "\n", encoding="utf-8", newline="\n")
+        if to is not None:
+            write_json(to, scored.to_json())
     finally:  # what was played is printed, also where the disk is full
-        if scored is not None and as_json:
+        if as_json:
             print_json(scored.to_json())
-        elif scored is not None:
+        else:
             _show(scored)
     if to is not None:
         note(f"Written: {to}")
