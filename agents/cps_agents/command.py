@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import codecs
+import io
 import sys
 from io import TextIOWrapper
+from typing import Any
 
 NEEDED = ("typer", "rich", "click")
 
@@ -16,6 +18,7 @@ DRAWN = "cps-envs.drawn"  # error handler: characters that an encoding does not 
 def main() -> None:
     """Run the command line; exit code 2 where its packages are missing."""
     _print_everywhere()
+    _outlive_readers()
     try:
         from cps_agents.cli import main as run
     except ModuleNotFoundError as error:
@@ -34,6 +37,28 @@ def _print_everywhere() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors=DRAWN)
+
+
+class Unheard(io.FileIO):
+    """A stream whose reader may go away, as `| head` does: what is written then is dropped, and the command goes on."""
+
+    def write(self, data: Any) -> int:
+        """Write, or drop it."""
+        try:
+            return super().write(data) or 0
+        except BrokenPipeError:
+            return len(data)
+
+
+def _outlive_readers() -> None:
+    """Let every command end as it would have ended, whoever reads its output."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if isinstance(stream, TextIOWrapper) and isinstance(stream.buffer, io.BufferedWriter):
+            stream.flush()
+            raw = Unheard(stream.fileno(), "wb", closefd=False)
+            kept = {"encoding": stream.encoding, "errors": stream.errors, "line_buffering": stream.line_buffering}
+            setattr(sys, name, TextIOWrapper(io.BufferedWriter(raw), **kept))
 
 
 def _in_plain_characters(error: UnicodeError) -> tuple[str, int]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -12,10 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 from cps_agents.arena.venue import Venue
+from cps_agents.cli import app
 from cps_agents.commands.certify import plain_values, stored_episodes
-from cps_agents.files import replacing, write_text
+from cps_agents.files import check_writable, draft_name, replacing, write_text
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe
@@ -56,8 +60,41 @@ def test_a_draft_is_never_written_into(tmp_path: Path, monkeypatch: pytest.Monke
     names = iter([b"one", b"one", b"two"])
     monkeypatch.setattr("cps_agents.files.os.urandom", lambda size: next(names))
     with replacing(tmp_path / "a.json") as first, replacing(tmp_path / "b.json") as second:
-        assert first.stem == b"one".hex()
-        assert second.stem == b"two".hex()
+        assert first.stem.endswith(f"-{b'one'.hex()}")
+        assert second.stem.endswith(f"-{b'two'.hex()}")
+
+
+def test_drafts_of_the_dead_are_swept_and_others_stay(tmp_path: Path) -> None:
+    drafts = tmp_path / ".drafts"
+    drafts.mkdir()
+    machine, *_ = draft_name().split("-")
+    killed = subprocess.Popen([sys.executable, "-c", ""])
+    killed.wait()
+    for name in (
+        f"{machine}-{killed.pid}-ab.json",
+        f"{machine}-{os.getpid()}-cd.json",
+        f"elsewhere-{killed.pid}-ef.json",
+    ):
+        (drafts / name).touch()
+    with replacing(tmp_path / "a.json"):
+        left = sorted(each.name.split("-")[2] for each in drafts.iterdir())
+    assert len(left) == 3
+    assert {"cd.json", "ef.json"} < set(left)
+
+
+def test_what_cannot_be_written_is_said_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match=r"it cannot be written: Not a directory: .*file/new/a.json"):
+        check_writable(tmp_path / "file" / "new" / "a.json")
+    check_writable(tmp_path / "new" / "folder" / "a.json")
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_folder_for_finished_games_is_named_if_none_can_be_kept(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    found = CliRunner().invoke(app, ["evaluate", "rogue", "--meetings", str(tmp_path / "file" / "x")])
+    assert found.exit_code == 2
+    assert "name a folder that can be written, with --meetings DIR" in " ".join(found.output.split())
 
 
 def league() -> dict[str, Any]:
