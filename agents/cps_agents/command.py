@@ -54,11 +54,12 @@ def _outlive_readers() -> None:
     """Let every command end as it would have ended, whoever reads its output."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
-        if isinstance(stream, TextIOWrapper) and isinstance(stream.buffer, io.BufferedWriter):
+        if isinstance(stream, TextIOWrapper) and isinstance(stream.buffer, (io.BufferedWriter, io.FileIO)):
             stream.flush()
             raw = Unheard(stream.fileno(), "wb", closefd=False)
             kept = {"encoding": stream.encoding, "errors": stream.errors, "line_buffering": stream.line_buffering}
-            setattr(sys, name, TextIOWrapper(io.BufferedWriter(raw), **kept))
+            through = stream.write_through  # as with PYTHONUNBUFFERED
+            setattr(sys, name, TextIOWrapper(io.BufferedWriter(raw), write_through=through, **kept))
 
 
 def _in_plain_characters(error: UnicodeError) -> tuple[str, int]:

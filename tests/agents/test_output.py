@@ -57,3 +57,17 @@ def test_notes_are_printed_whole(capsys: pytest.CaptureFixture[str]) -> None:
     line = f"Written: runs[mine]/{'long' * 50}/page.html"
     note(line)
     assert capsys.readouterr().err == f"{line}\n"
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_command_outlives_the_reader_of_its_output(unbuffered: str) -> None:
+    program = "import cps_agents.command as c; c._outlive_readers(); print('x' * 10**6, flush=True); print('y')"
+    env = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=env
+    ) as run:
+        assert run.stdout is not None
+        assert run.stderr is not None
+        assert run.stdout.read(1) == b"x"
+        run.stdout.close()
+        assert (run.stderr.read(), run.wait()) == (b"", 0)
