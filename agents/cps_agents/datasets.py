@@ -23,6 +23,7 @@ from cps_envs.core.compute.generators import seeded
 from cps_envs.core.errors import require
 from cps_envs.core.game.game import Game
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.lookup import parsed
 from cps_envs.core.types import ROLES, SIGN, BoolArray, Role, other
 
 NUM_ENVS = 64  # episodes that are played at once
@@ -46,7 +47,7 @@ def dataset_name(
     """
     everything = [preset, dict(overrides), dict(players), seeds[0], len(seeds)]
     digest = hashlib.sha256(json.dumps(everything, sort_keys=True, default=repr).encode()).hexdigest()[:8]
-    words = "-".join((role, *(players[each].partition("?")[0] for each in ROLES), digest)).lower()
+    words = "-".join((role, *(parsed(players[each]).title for each in ROLES), digest)).lower()
     place = "/".join((problem.namespace, problem.name, preset))
     return f"{place}/{re.sub('[^a-z0-9_]+', '-', words)}-v{problem.version}"
 

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any
-from urllib.parse import parse_qsl
 
 from cps_baselines.family import Family
 from cps_envs.core.declare.panel import written
+from cps_envs.core.policies.lookup import parsed
 from cps_envs.core.policies.policy import Policy, RoleSpec
 
 
@@ -36,10 +36,9 @@ def pinned(problem: str, reference: str) -> str:
     The numbers are those that the reference plays: of `cacc?told=radio` the entry `cacc_radio`. A policy without such
     an entry is returned as it is.
     """
-    name, _, query = reference.partition("?")
-    options = dict(parse_qsl(query))
-    known = found(problem).get("_".join((name, *options.values())))
-    return reference if known is None else written(name, **options, **known)
+    tree = parsed(reference)
+    known = found(problem).get("_".join((tree.title, *map(str, tree.options.values()))))
+    return reference if known is None else written(tree.title, **tree.options, **known)
 
 
 def built(spec: RoleSpec, family: Family, policy: str, numbers: Mapping[str, float], untrained: bool) -> Policy:

@@ -49,10 +49,12 @@ def test_a_trained_policy_stands_for_its_training_seeds(tiny: str) -> None:
     assert seeds_of("square?duty=0.5") == {None: "square?duty=0.5"}
 
 
-def test_a_policy_that_is_not_there_has_neither_card_nor_weights(tiny: str) -> None:
-    found = origin_of("rogue", f'mixture?policies=["{tiny}","zoo:nobody?seed=1","pd"]')
+def test_a_policy_that_is_not_there_is_an_error(tiny: str) -> None:
+    found = origin_of("rogue", f'mixture?policies=["{tiny}","pd"]')
     assert (found.card, list(found.sources)) == (None, [tiny.removeprefix("zoo:")])
-    assert origin_of("rogue", "zoo:nobody").seeds == {None: "zoo:nobody"}
+    for missing in ("zoo:nobody", f'mixture?policies=["{tiny}","zoo:nobody?seed=1","pd"]'):
+        with pytest.raises(UnknownNameError, match="no trained policy 'nobody'"):
+            origin_of("rogue", missing)
 
 
 def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) -> None:

@@ -14,7 +14,9 @@ from cps_envs import find_problem
 from cps_envs.core.policies.mixture import Mixture
 
 texts = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=12)
-names = texts.filter(lambda text: text.partition("?")[0].rpartition(".")[2] != "mixture")
+names = texts.filter(lambda text: "?" not in text and text.rpartition(".")[2] != "mixture") | texts.map(
+    "zoo:{}/x".format
+)
 pools = st.lists(st.tuples(names, st.integers(1, 1000)), min_size=1, max_size=5, unique_by=lambda pair: pair[0])
 
 

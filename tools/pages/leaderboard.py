@@ -9,6 +9,7 @@ from cps_agents.scoring.exploits import KNOWN, Exploit
 from cps_agents.scoring.frozen import Frozen, read_frozen
 from cps_agents.scoring.tracks import CHALLENGE, tracks
 from cps_agents.sheet import Sheet
+from cps_envs.core.policies.lookup import parsed
 from cps_envs.registration import find_problem
 
 LONGEST = 120  # characters of a reference
@@ -61,13 +62,14 @@ def _facts(frozen: Frozen, rows: Sequence[BoardEntry]) -> str:
 def gained(exploit: Exploit, entry: str, unit: str) -> str:
     """What the searches gained over the best known response to the entry of this name, as a sentence."""
     finder, known = (exploit.over, exploit.response) if exploit.by == KNOWN else (exploit.by, exploit.over)
-    gain = f"gains {exploit.gain:.3g}{unit and f' {unit}'} over {known.partition('?')[0]}"
+    gain = f"gains {exploit.gain:.3g}{unit and f' {unit}'} over {parsed(known).title}"
     return f"Against `{entry}` {finder} {gain}, in {exploit.pay.episodes} episodes."
 
 
 def _short(reference: str) -> str:
     """A reference with its numbers, or its name and how many there are."""
-    name, _, query = reference.partition("?")
+    name = parsed(reference).title
+    query = reference.removeprefix(name)
     count = query.count("=") + query.count(",")
     return f"`{reference}`" if len(reference) <= LONGEST else f"`{name}`, {count} numbers"
 

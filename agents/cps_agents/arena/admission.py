@@ -12,7 +12,7 @@ from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError, explain
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
-from cps_agents.zoo.references import PREFIX, form_of
+from cps_agents.zoo.references import ZOO, form_of
 from cps_envs import find_problem
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import UnknownNameError
@@ -63,7 +63,7 @@ def usual(venue: Venue, role: Role) -> list[str]:
     return [
         *registered,
         *own,
-        *(f"{PREFIX}{card.name}" for card in cards if (card.problem, card.role) == (problem.name, role)),
+        *(f"{ZOO}:{card.name}" for card in cards if (card.problem, card.role) == (problem.name, role)),
     ]
 
 

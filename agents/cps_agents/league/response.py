@@ -23,7 +23,7 @@ from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situat
 from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
 from cps_agents.workers import Workers
-from cps_agents.zoo.references import PREFIX
+from cps_agents.zoo.references import reference_to
 from cps_baselines.family import find_family
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import VALIDATION
@@ -217,7 +217,7 @@ def _train(
         best, record = max(mine, key=lambda each: float(each[1]["best_score"]))
         steps = sum(int(run["steps"]) * _unit(job.recipe) for job, run in mine)
         cpu_s = round(sum(float(run["cpu_s"]) for _, run in mine), 1)
-        found.append(Response(name, seed, record.get("policy", f"{PREFIX}{best.folder}"), steps, cpu_s))
+        found.append(Response(name, seed, record.get("policy", reference_to(best.folder)), steps, cpu_s))
     return found
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from urllib.parse import parse_qsl
 
-from cps_envs.core.declare.panel import MIXTURE, mixture
-from cps_envs.core.documents import parse
+from cps_envs.core.declare.panel import mixture
+from cps_envs.core.policies.lookup import parsed
 
 DIGITS = 6  # of the weights in a reference
 
@@ -63,16 +62,19 @@ def mix(policies: Sequence[str], weights: Sequence[float] | None = None) -> Stra
 
 
 def _parts(reference: str) -> list[tuple[str, float]]:
-    name, _, query = reference.partition("?")
-    if name.rpartition(".")[2] != MIXTURE:
+    tree = parsed(reference)
+    if not tree.is_mixture:
         return [(reference, 1.0)]
-    options = dict(parse_qsl(query))
     try:
-        policies = parse(options.get("policies", "[]"))
-        weights = parse(options["weights"]) if "weights" in options else None
-        inner = mix([str(policy) for policy in policies], weights)
+        inner = mix(_texts(tree.options.get("policies")), tree.options.get("weights"))
     except (ValueError, TypeError) as error:
         raise ValueError(
             f'{reference!r} is no mixture ({error}): write mixture?policies=["a","b"]&weights=[1,3]'
         ) from error
     return list(zip(inner.policies, inner.probabilities, strict=True))
+
+
+def _texts(policies: object) -> list[str]:
+    if not isinstance(policies, list) or not all(isinstance(each, str) for each in policies):
+        raise TypeError(f"{policies!r} is no list of texts")
+    return policies

@@ -12,9 +12,10 @@ from cps_agents.learning.policy_network import PolicyNetwork
 from cps_agents.learning.recipe import SHARED, Recipe, differing, knobs_of
 from cps_agents.zoo.files import load
 from cps_agents.zoo.network import Network
-from cps_agents.zoo.references import PREFIX, card_of
+from cps_agents.zoo.references import card_of
 from cps_envs.core.declare.training import Training
 from cps_envs.core.learning.wiring import Scaling, Wiring
+from cps_envs.core.policies.lookup import parsed
 
 SEEN = {entry.name for entry in fields(Wiring)} & {entry.name for entry in fields(Training)}
 SAME = ("problem", "role", *sorted(SEEN), "hidden")  # knobs that both need alike
@@ -60,7 +61,7 @@ def read_start(recipe: Recipe) -> Start | None:
             f"start = {recipe.start!r} is no network of {SHARED} that sees and acts as {recipe.name!r} does: leave "
             f"start out, or name zoo:... of a run with the same {', '.join(SAME)}"
         )
-    card, network = load(recipe.start.removeprefix(PREFIX))
+    card, network = load(parsed(recipe.start).name)
     assert isinstance(network, Network)
     scaled = card.observation_size - sum(card.actions) * (1 + card.wiring["masked"])  # the rest: last action, masks
     mean, deviation = (tuple(each[:scaled].tolist()) for each in (network.mean, network.deviation))
@@ -70,6 +71,6 @@ def read_start(recipe: Recipe) -> Start | None:
 def fits(reference: str, recipe: Recipe) -> bool:
     """Whether a policy is a network that sees and acts as the recipe's does, so that learning can begin with it."""
     card = card_of(reference)
-    if card is None or card.algorithm != SHARED or not card.wiring or "?" in reference:
+    if card is None or card.algorithm != SHARED or not card.wiring or parsed(reference).options:
         return False
     return set(SAME).isdisjoint(differing(card.recipe, knobs_of(recipe)))

@@ -24,10 +24,11 @@ from cps_agents.league.league import League, check_anybody, line_up, standings
 from cps_agents.league.meetings import LeftOut, payoffs_of
 from cps_agents.report.replay import Take
 from cps_agents.workers import Workers
-from cps_agents.zoo.references import PREFIX, Origin
+from cps_agents.zoo.references import Origin, is_trained
 from cps_envs import find_problem
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.policies.lookup import parsed
 from cps_envs.core.types import ROLES, Role
 
 DIGITS = 6  # significant, of numbers on the page
@@ -150,8 +151,8 @@ def _players(board: Board, role: Role, shares: Mapping[str, float]) -> list[dict
         {
             "name": each.name,
             "reference": each.reference,
-            "trained": each.reference.startswith(PREFIX),
-            "about": about.get(each.reference.partition("?")[0], "") or _training(board.table.origin(each.reference)),
+            "trained": is_trained(each.reference),
+            "about": about.get(parsed(each.reference).title, "") or _training(board.table.origin(each.reference)),
             "share": round(shares[f"{role} {each.name}"], 4) if shares else None,
         }
         for each in board.table.players(role)

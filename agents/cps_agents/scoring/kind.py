@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 from cps_agents.errors import CommandError
 from cps_agents.scoring.tracks import Track
-from cps_agents.zoo.references import SB3, card_of
-from cps_envs.core.policies.lookup import PolicyReference
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.files import find
+from cps_agents.zoo.references import SB3, ZOO
+from cps_envs.core.policies.lookup import PolicyReference, parsed
+from cps_envs.core.policies.reference import Reference
 from cps_envs.registration import find_problem
 
 KINDS = {
@@ -50,15 +53,20 @@ class Kind:
 
 def kind_of(track: Track, policy: PolicyReference) -> Kind:
     """The kind of a policy as far as its reference and card tell."""
-    if not isinstance(policy, str) or policy.startswith(SB3):
+    if not isinstance(policy, str):
         return Kind("reward")
-    card = card_of(policy)
-    if card is not None:
-        untrained = card.algorithm == UNTRAINED or f"{UNTRAINED}=true" in policy.partition("?")[2].split("&")
-        return Kind(UNTRAINED if untrained else "reward")
+    networks = [each for each in parsed(policy).walk() if each.source in (ZOO, SB3)]
+    if networks:
+        return Kind(UNTRAINED if all(map(_is_untrained, networks)) else "reward")
     problem = find_problem(track.problem)
     built = problem.policy(policy, problem.game(track.venue.config, 1), track.role)
     if getattr(built, "privileged", None):
         return Kind("told")
     numbers = getattr(built, "searched_numbers", 0)
     return Kind("searched", numbers) if numbers else Kind("rules")
+
+
+def _is_untrained(network: Reference) -> bool:
+    if network.source == SB3:
+        return False
+    return bool(network.options.get(UNTRAINED)) or read_card(find(network.name)).algorithm == UNTRAINED

@@ -13,6 +13,7 @@ from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
 from cps_agents.zoo.network import ACTIVATIONS, Layer, unscaled
+from cps_agents.zoo.references import reference_to
 from cps_agents.zoo.wired import Head, card_entry, count_actions, with_scaling
 from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.errors import ConfigurationError, shown
@@ -72,7 +73,7 @@ def save_network(
     except (ConfigurationError, ValueError, TypeError) as error:
         kept = _keep(Path(folder), found or layers)
         raise ConfigurationError(f"{error}. {kept}") from error
-    return f"zoo:{folder}"
+    return reference_to(Path(folder))
 
 
 def card_of_network(

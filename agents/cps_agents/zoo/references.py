@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -14,17 +14,14 @@ from typing import Any
 from cps_agents.zoo.card import Card, read_card
 from cps_agents.zoo.files import find, read_pair
 from cps_envs.core.declare.config import form_fields
-from cps_envs.core.errors import UnknownNameError
-from cps_envs.core.policies.lookup import policy_entry
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.policies.lookup import parsed, policy_entry, source_entry
+from cps_envs.core.policies.reference import Reference
 from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
 
-PREFIX, SB3 = "zoo:", "sb3:"
-NAMED = re.compile(r'zoo:([^?"&,\]]+)')  # also inside mixture?policies=["zoo:..."]
-MODEL = re.compile(r'(?:^|")sb3:([^?"]+)')
-CODE = re.compile(r'(?:^|")([A-Za-z_][\w.]*):[A-Za-z_]')  # module:attribute, also inside a mixture
-TRAINED = re.compile(r'(^|")(zoo|sb3):')
-COVERED = ("cps_envs", "cps_baselines", "zoo", "sb3")  # by the hash of our own code, or told apart
+ZOO, SB3 = "zoo", "sb3"  # sources
+COVERED = ("cps_envs", "cps_baselines")  # by the hash of our own code
 PLAYED = ("preset", "overrides", "activation", "head", "decentralised", "observation_size", "actions", "best")
 
 
@@ -32,32 +29,40 @@ PLAYED = ("preset", "overrides", "activation", "head", "decentralised", "observa
 class Origin:
     """What is known of a policy before it plays."""
 
-    card: Card | None  # of a trained policy that is there
+    card: Card | None  # of a trained policy
+    cards: tuple[Card, ...]  # its own, or those of the trained policies inside it
     seeds: Mapping[int | None, str]  # a reference for each training seed; others stand alone, under None
     sources: Mapping[str, str]  # hashes of trained policies, and of code and models of one's own
 
     def form(self, config: Any) -> dict[str, Any]:
-        """The overrides that give `config` the observation and action form that the policy was trained with."""
-        return _form(self.card, config)
+        """The overrides that give `config` the observation and action form that its policies were trained with.
+
+        Raises:
+            ConfigurationError: they were trained in forms that differ.
+        """
+        return _form(self.cards, config)
 
 
 def origin_of(problem: str, reference: str) -> Origin:
-    """What lies behind a reference. Each file is read once; a trained policy that is not there has no card.
+    """What lies behind a reference. Each file is read once.
 
     A trained policy stands for all its training seeds, unless the reference names one, and `sb3:FOLDER` for the models
     `FOLDER/seed-N/model.zip`.
 
     Raises:
-        UnknownNameError: a folder without models.
+        UnknownNameError: a trained policy, model or module that is not there, or a folder without models.
+        ConfigurationError: the reference has malformed options.
     """
-    name, _, query = reference.partition("?")
-    if name.startswith(SB3) and Path(name.removeprefix(SB3)).is_dir():
-        models = _models(name.removeprefix(SB3), f"?{query}" if query else "")
-        return Origin(None, models, _sources(problem, models.values()))
-    pairs = {each: read_pair(path) for each in NAMED.findall(reference) if (path := _place(each)) is not None}
-    card = pairs[named][0] if (named := name.removeprefix(PREFIX)) in pairs and named != name else None
-    hashes = {each: _hash_of(*pair) for each, pair in pairs.items()}
-    return Origin(card, _seeds(reference, card), hashes | _sources(problem, [reference]))
+    tree = parsed(reference)
+    if tree.source == SB3 and Path(tree.name).is_dir():
+        models = _models(tree)
+        trees = [parsed(model) for model in models.values()]
+        return Origin(None, (), models, _sources(problem, trees))
+    pairs = {each.name: read_pair(find(each.name)) for each in tree.walk() if each.source == ZOO}
+    card = pairs[tree.name][0] if tree.source == ZOO else None
+    hashes = {name: _hash_of(*pair) for name, pair in pairs.items()}
+    cards = tuple(each for each, _ in pairs.values())
+    return Origin(card, cards, _seeds(tree, card), hashes | _sources(problem, [tree]))
 
 
 def card_of(reference: str) -> Card | None:
@@ -66,16 +71,18 @@ def card_of(reference: str) -> Card | None:
     Raises:
         UnknownNameError: there is no such trained policy.
     """
-    name = reference.partition("?")[0]
-    return read_card(find(name.removeprefix(PREFIX))) if name.startswith(PREFIX) else None
+    tree = parsed(reference)
+    return read_card(find(tree.name)) if tree.source == ZOO else None
 
 
 def form_of(reference: str, config: Any) -> dict[str, Any]:
-    """The overrides that give `config` the form a policy was trained with; none for one that is not there."""
-    try:
-        return _form(card_of(reference), config)
-    except UnknownNameError:
-        return {}
+    """The overrides that give `config` the form that a policy, or those of a mixture, were trained with.
+
+    Raises:
+        UnknownNameError: there is no such trained policy.
+        ConfigurationError: those of a mixture were trained in forms that differ.
+    """
+    return _form([read_card(find(each.name)) for each in parsed(reference).walk() if each.source == ZOO], config)
 
 
 def hash_of_code(text: str) -> str:
@@ -85,41 +92,51 @@ def hash_of_code(text: str) -> str:
 
 def is_trained(reference: str) -> bool:
     """Whether training made a policy, or one of a mixture."""
-    return bool(TRAINED.search(reference))
+    return any(each.source in (ZOO, SB3) for each in parsed(reference).walk())
 
 
-def _form(card: Card | None, config: Any) -> dict[str, Any]:
-    if card is None:
-        return {}
+def reference_to(path: Path) -> str:
+    """The reference of the trained policy of a card or a training run."""
+    reference = f"{ZOO}:{path}"
+    return reference if parsed(reference).name == str(path) else f"{reference}/policy.json"
+
+
+def _form(cards: Iterable[Card], config: Any) -> dict[str, Any]:
+    """The form of all of them together, as overrides of `config`."""
+    found: dict[str, Any] = {}  # by field, of the whole form
+    for card in cards:
+        for name, value in _form_of_card(card, config).items():
+            if name in found and found[name] != value:
+                raise ConfigurationError(
+                    f"trained policies of one reference need {name} = {value!r} and {found[name]!r}: they cannot play "
+                    "in the same form, so leave one of them out"
+                )
+            found[name] = value
+    return {name: value for name, value in found.items() if value != getattr(config, name)}
+
+
+def _form_of_card(card: Card, config: Any) -> dict[str, Any]:
     trained = find_problem(card.problem).config(card.preset, card.overrides)
     if type(trained) is not type(config):  # of another problem
         return {}
-    names = form_fields(trained, card.role)
-    form = {name: getattr(trained, name) for name in names if getattr(trained, name) != getattr(config, name)}
+    form = {name: getattr(trained, name) for name in form_fields(trained, card.role)}
     more = getattr(config, "form_like", None)  # what else of a problem's configuration is form
     return form if more is None else form | more(trained, card.role)
 
 
-def _seeds(reference: str, card: Card | None) -> dict[int | None, str]:
-    query = reference.partition("?")[2]
-    if card is None or any(part.startswith("seed=") for part in query.split("&")):
-        return {None: reference}
-    return {int(seed): f"{reference}{'&' if query else '?'}seed={seed}" for seed in card.seeds}
+def _seeds(reference: Reference, card: Card | None) -> dict[int | None, str]:
+    if card is None or "seed" in reference.options:
+        return {None: reference.text}
+    return {int(seed): reference.with_option("seed", seed) for seed in card.seeds}
 
 
-def _models(folder: str, query: str) -> dict[int | None, str]:
-    found = {int(path.parent.name.removeprefix("seed-")): path for path in Path(folder).glob("seed-*/model.zip")}
+def _models(reference: Reference) -> dict[int | None, str]:
+    folder, query = reference.name, reference.text[len(reference.title) :]
+    paths = {path.parent.name.removeprefix("seed-"): path for path in Path(folder).glob("seed-*/model.zip")}
+    found = {int(seed): path for seed, path in paths.items() if seed.isdecimal()}
     if not found:
         raise UnknownNameError(f"the folder {folder!r} has no models seed-0/model.zip, seed-1/model.zip, ...")
-    return {seed: f"{SB3}{found[seed]}{query}" for seed in sorted(found)}
-
-
-def _place(name: str) -> Path | None:
-    """Where a trained policy's card is; None where there is none."""
-    try:
-        return find(name)
-    except UnknownNameError:
-        return None
+    return {seed: f"{SB3}:{found[seed]}{query}" for seed in sorted(found)}
 
 
 def _hash_of(card: Card, data: bytes) -> str:
@@ -128,17 +145,28 @@ def _hash_of(card: Card, data: bytes) -> str:
     return hashlib.sha256(data + json.dumps([*how, *card.wiring.values()]).encode()).hexdigest()[:16]
 
 
-def _sources(problem: str, references: Iterable[str]) -> dict[str, str]:
+def _sources(problem: str, references: Iterable[Reference]) -> dict[str, str]:
     """Hashes of code and models of one's own that a problem and references name."""
-    models: list[str] = []
-    modules = CODE.findall(problem)
-    for reference in references:
-        models += MODEL.findall(reference)
-        entries = [policy_entry(problem, role, reference.partition("?")[0]) for role in ROLES]
-        modules += [*CODE.findall(reference), *(entry.module for entry in entries if entry is not None)]
+    found: dict[str, str] = {}
+    modules = [problem.partition(":")[0]] if ":" in problem else []
+    for each in (inner for reference in references for inner in reference.walk()):
+        if each.source == SB3:
+            found[each.title] = _hash([_model(each.name)])
+        elif each.source and each.source != ZOO:
+            entry = source_entry(each.source)
+            modules.append(each.source if entry is None else entry.module)
+        elif not each.source:
+            entries = (policy_entry(problem, role, each.name.removeprefix(f"{problem}.{role}.")) for role in ROLES)
+            modules += [entry.module for entry in entries if entry is not None]
     own = dict.fromkeys(map(_unit, modules))
-    found = {f"{SB3}{name}": _hash([Path(name)]) for name in models}
-    return found | {name: _hash(_files(name)) for name in own if name.partition(".")[0] not in COVERED}
+    return found | {f"module:{name}": _hash(_files(name)) for name in own if name.partition(".")[0] not in COVERED}
+
+
+def _model(name: str) -> Path:
+    path = Path(name)
+    if not path.is_file():
+        raise UnknownNameError(f"there is no file {name!r}: write sb3:PATH, a model that stable-baselines3 saved")
+    return path
 
 
 def _unit(module: str) -> str:
@@ -148,21 +176,26 @@ def _unit(module: str) -> str:
 
 
 def _files(unit: str) -> list[Path]:
-    """The Python files of a module or package; a top-level one is found without being imported."""
+    """The Python files of a module or package; a top-level one is found without being imported.
+
+    Raises:
+        UnknownNameError: there is no such module, or it has no files.
+    """
     try:
         spec = find_spec(unit)
-    except (ImportError, ValueError):
-        return []
+    except (ImportError, ValueError):  # such as of `__main__`
+        spec, made = None, getattr(sys.modules.get(unit), "__file__", None)
+        if made is not None:
+            return [Path(made)]
     if spec is None:
-        return []
+        raise UnknownNameError(f"there is no module {unit!r} with files, so whether it changed cannot be told")
     if folders := spec.submodule_search_locations:
         return sorted(file for folder in folders for file in Path(folder).rglob("*.py"))
-    return [Path(spec.origin)] if spec.origin is not None else []
+    return [Path(spec.origin)] if spec.origin is not None and spec.has_location else []
 
 
 def _hash(files: Iterable[Path]) -> str:
     digest = hashlib.sha256()
     for file in files:
-        if file.is_file():
-            digest.update(file.read_bytes())
+        digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

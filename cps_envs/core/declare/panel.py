@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from cps_envs.core.documents import typed
 from cps_envs.core.types import Role
 
 MIXTURE = "mixture"
@@ -72,8 +73,14 @@ def mixture(policies: Sequence[str], weights: Sequence[float] | None = None) -> 
 
 def written(name: str, **options: Any) -> str:
     """A policy's reference with its options, such as "chi2?gate=0.01"."""
-    pairs = (f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in options.items())
+    pairs = (f"{key}={_word(value)}" for key, value in options.items())
     return f"{name}?{'&'.join(pairs)}" if options else name
+
+
+def _word(value: Any) -> str:
+    """A value as an option has it: a text without quotes where it is read back as the same text."""
+    plain = isinstance(value, str) and not value.startswith(("[", "{", '"')) and typed(value) == value
+    return _encoded(value if plain else json.dumps(value))
 
 
 def _plain(weight: float) -> float:
@@ -83,4 +90,8 @@ def _plain(weight: float) -> float:
 def _quoted(value: list[str] | list[float]) -> str:
     """JSON as the value of a query; what need not be encoded stays readable."""
     text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
-    return text.replace("%", "%25").replace("&", "%26").replace("+", "%2B")
+    return _encoded(text).replace("+", "%2B")
+
+
+def _encoded(text: str) -> str:
+    return text.replace("%", "%25").replace("&", "%26")

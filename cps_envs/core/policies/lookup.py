@@ -9,14 +9,13 @@ from functools import lru_cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any, TypeAlias
-from urllib.parse import parse_qsl
 
 from gymnasium import spaces
 
-from cps_envs.core.documents import typed
 from cps_envs.core.errors import EXTRAS, ConfigurationError, MissingExtraError, UnknownNameError, near, shown
 from cps_envs.core.policies.options import check_policy_options
 from cps_envs.core.policies.policy import Policy, RoleSpec, is_decentralised
+from cps_envs.core.policies.reference import Reference, parse_reference
 from cps_envs.core.policies.trust import require_trust
 from cps_envs.core.types import Role
 
@@ -84,6 +83,20 @@ def _fault(entry: EntryPoint, error: Exception, missing: str | None) -> str:
     return f"the module has no {entry.attr!r}. {near(entry.attr, known)} {remedy}"
 
 
+def parsed(reference: str) -> Reference:
+    """The tree of a reference, with the sources that are installed.
+
+    Raises:
+        ConfigurationError: its options are malformed.
+    """
+    return parse_reference(reference, _registered(SOURCES))
+
+
+def source_entry(name: str) -> EntryPoint | None:
+    """Where a source of policies, such as `zoo`, comes from; None if nothing has this name."""
+    return _registered(SOURCES).get(name)
+
+
 def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -> Policy:
     """The policy that a reference names.
 
@@ -95,7 +108,8 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
     - `"module:attribute"`: a policy, or what makes one when called as `attribute(spec, **options)`. This runs any code,
       so the user has to agree first, see `cps_envs.trust`.
 
-    A string can end in options, like a query: `"plan?events=[[10,1]]"`. Values are read as JSON where possible.
+    A string can end in options, like a query: `"plan?events=[[10,1]]"`. Values are read as JSON where possible, see
+    `cps_envs.core.policies.reference`.
 
     Raises:
         UnknownNameError: no such name, module or attribute, or an entry point that names none.
@@ -107,12 +121,12 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
     """
     if not isinstance(reference, str):
         return _checked(reference, shown(reference), spec, options)
-    name, _, query = reference.partition("?")
-    options = _options(query) | options
-    target = _load(name, spec)
+    found = parsed(reference)
+    options = {**found.options, **options}
+    target = _load(found, spec)
     if not isinstance(target, type) and hasattr(target, "predict"):
         return _checked(target, reference, spec, options)
-    check_policy_options(target, options, _short(name))
+    check_policy_options(target, options, _short(found.title))
     try:
         built = target(spec, **options)
     except TypeError as error:
@@ -128,23 +142,14 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
     return _checked(built, reference, spec)
 
 
-def _options(query: str) -> dict[str, Any]:
-    """The options behind the question mark of a reference."""
-    try:
-        pairs = parse_qsl(query, strict_parsing=bool(query))
-    except ValueError as error:
-        raise ConfigurationError(f"options are written as name=value&name=value, not {query!r} ({error})") from error
-    return {key: _value(text) for key, text in pairs}
-
-
-def _load(name: str, spec: RoleSpec) -> Any:
+def _load(reference: Reference, spec: RoleSpec) -> Any:
+    name, module = reference.title, reference.source
     entry = policy_entry(spec.problem, spec.role, name.removeprefix(f"{spec.problem}.{spec.role}."))
     if entry is not None:
         return load(entry)
-    module, colon, attribute = name.partition(":")
-    if colon and module in _registered(SOURCES):
-        return partial(load(_registered(SOURCES)[module]), attribute)
-    if not colon:
+    if (source := source_entry(module)) is not None:
+        return partial(load(source), reference.name)
+    if not module:
         known = policy_names(spec.problem, spec.role)
         raise UnknownNameError(
             f"{spec.problem} has no {spec.role} policy {name!r}. {_owner(name, spec)}{near(name, known)} "
@@ -156,7 +161,7 @@ def _load(name: str, spec: RoleSpec) -> Any:
     if owners and not any(full.startswith(f"{spec.problem}.{spec.role}.") for full in owners):
         raise UnknownNameError(f"{name!r} is no {spec.role} policy of {spec.problem}. {_owner(owners[0])}".rstrip())
     try:
-        return getattr(importlib.import_module(module), attribute)
+        return getattr(importlib.import_module(module), reference.name)
     except (ImportError, AttributeError, ValueError) as error:
         raise UnknownNameError(f"no policy can be imported from {name!r}: {error}") from error
 
@@ -172,13 +177,6 @@ def _owner(name: str, spec: RoleSpec | None = None) -> str:
     mine = [full for full in same if spec is not None and full.startswith(f"{spec.problem}.")]
     problem, role, short = (mine or same)[0].split(".", 2)
     return f"{short!r} is {_whose(problem, role)}. "
-
-
-def _value(text: str) -> Any:
-    try:
-        return typed(text)
-    except ValueError as error:
-        raise ValueError(f"an option of a policy makes no sense, {error}: {text[:20]}...") from error
 
 
 def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:
