@@ -20,7 +20,7 @@ from cps_agents.report import board as boards
 from cps_agents.report.board import _training, telling
 from cps_agents.report.reel import reel_of
 from cps_agents.report.replay import MOST_FRAMES, Take, record
-from cps_agents.report.report import serve
+from cps_agents.report.report import serve, write_page
 from cps_agents.zoo.references import origin_of
 from cps_envs import find_problem
 from cps_envs.core.picture.recording import Recorder
@@ -30,6 +30,15 @@ from tests.episodes import play
 pytest.importorskip("scipy", reason="needs the extra baselines")
 VENUE = ("--preset", "easy", "--set", "duration_s=9")
 PLAYERS = ("--attacker", "square", "--attacker", "none", "--defender", "sliding", "--defender", "pd")
+HOSTILE = (  # what is said in a script, in HTML, in a pattern, or only to a terminal
+    "<!--",
+    "<!-- <script>",
+    "</script><script>window.ran = 1</script>",
+    "<\\!-- \\u003c \\\\",
+    "-->]]>&lt;'\"`${1}",
+    "@content@ @title@ \\1 \\g<1>",
+    "\u2028\u2029\u202e\x00\x1b[2J\ud800",
+)
 LARGEST_PAGE, LARGEST_EPISODE = 500_000, 2_000_000  # bytes
 OUTSIDE = re.compile(r"https?://(?!www\.w3\.org/2000/svg)|(?:src|href)=[\"']//|@import|fetch\(|XMLHttpRequest")
 
@@ -206,6 +215,16 @@ def test_learning_curves_and_the_paper_stand_beside_the_matrix(tmp_path: Path) -
     assert (curve["steps"][0], curve["steps"][-1]) == (0.0, 512.0 * 499)
     assert len(curve["steps"]) <= 202
     assert sheet["rows"] == [["A </script>", "1.0", "1.1"]]
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_no_text_ends_the_content_of_a_page(text: str, tmp_path: Path) -> None:
+    content = {"title": text, "sheets": [{text: [text, 1.5, None]}]}
+    page = write_page(tmp_path, content)
+    assert content_of(page) == content
+    inside = page.read_text(encoding="utf-8").partition('id="content">')[2].partition("</script>")[0]
+    assert "<" not in inside
+    assert page.read_text(encoding="utf-8").count("</script>") == 2  # its own
 
 
 def test_serving_tells_the_address_even_without_a_browser(

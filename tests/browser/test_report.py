@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,6 +14,8 @@ from typing import Any
 
 import pytest
 from typer.testing import CliRunner
+
+from cps_agents.report.report import write_page
 
 pytestmark = pytest.mark.browser
 NAMES = ("chromium", "chromium-browser", "google-chrome")
@@ -208,6 +212,50 @@ def test_a_missing_episode_is_told(browser: Any, page_file: Path, tmp_path: Path
     page.locator("button.cell").first.click()
     page.get_by_text("This episode cannot be shown").wait_for()
     page.close()
+
+
+HOSTILE = (
+    "<!-- <script> --> </script><script>window.ran = 1</script><img src=x onerror='window.ran = 2'>"
+    "\"'`${window.ran = 3}{{7*7}} @content@ @title@ \u2028 \\u003c <\\!-- & &lt; javascript:window.ran=4"
+)
+
+
+def test_every_text_may_be_hostile(browser: Any, page_file: Path, tmp_path: Path) -> None:
+    """The page shows the texts as they are, all of its content, and runs none of them."""
+    found = re.search(r'id="content">(.*?)</script>', page_file.read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    content = spoiled(json.loads(found[1]))
+    page = opened(browser, write_page(tmp_path, content), DESK)
+    shown = page.locator("body").inner_text()
+    assert page.title() == " ".join(content["title"].split())
+    assert shown.count("window.ran = 1") > 10
+    assert page.locator("#paper td").count() == 4
+    assert page.locator("#paper td").first.text_content() == content["sheets"][0]["rows"][0][0]
+    assert page.locator("button.cell").count() == 4
+    assert page.locator("#learning polyline").count() == 1
+    for cell in page.locator("button.cell").all():
+        cell.click()
+        page.get_by_text("This episode cannot be shown").first.wait_for()  # its file is not beside this page
+    assert page.evaluate("[window.ran, document.scripts.length, document.images.length]") == [None, 2, 0]
+    page.close()
+
+
+def spoiled(content: dict[str, Any]) -> dict[str, Any]:
+    """The content with every text that somebody may write made hostile; keys of episodes and metrics stay."""
+    return {name: _spoiled(value) for name, value in content.items()}
+
+
+KEPT = ("cells", "role", "problem", "kind")  # what the program looks up, and no text to read
+
+
+def _spoiled(value: Any) -> Any:
+    if isinstance(value, str):
+        return f"{value}{HOSTILE}"
+    if isinstance(value, list):
+        return [_spoiled(each) for each in value]
+    if isinstance(value, dict):
+        return {name: each if name in KEPT else _spoiled(each) for name, each in value.items()}
+    return value
 
 
 def test_pictures_for_the_site_show_the_pair_that_is_asked_for(browser: Any, page_file: Path, tmp_path: Path) -> None:

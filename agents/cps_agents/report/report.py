@@ -40,7 +40,7 @@ def write_page(folder: Path, content: Mapping[str, Any]) -> Path:
         CommandError: the folder cannot be written.
     """
     parts = {
-        "title": escape(str(content["title"])),
+        "title": escape(str(content["title"]).encode("utf-8", "replace").decode()),
         "style": _part("style.css"),
         "script": "\n".join(map(_part, SCRIPTS)),
         "content": _embedded(content),
@@ -67,8 +67,8 @@ def _part(name: str) -> str:
 
 
 def _embedded(content: Mapping[str, Any]) -> str:
-    """JSON that no text in it can end."""
-    return json.dumps(content, separators=(",", ":"), allow_nan=False).replace("</", "<\\/").replace("<!--", "<\\!--")
+    """JSON in which no text can begin or end a tag or a comment: each `<` stands as its escape."""
+    return json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", r"\u003c")
 
 
 HOST = "127.0.0.1"
