@@ -29,7 +29,10 @@ def err() -> Console:
 
 def note(line: str) -> None:
     """A line on stderr, as it is."""
-    err().print(line, markup=False, soft_wrap=True)
+    from cps_envs.core.documents import printable
+
+    clean = "\n".join(printable(each) for each in line.split("\n"))  # whatever a file of a stranger put into it
+    err().print(clean, markup=False, soft_wrap=True)
 
 
 def print_json(value: Any) -> None:

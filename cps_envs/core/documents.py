@@ -20,6 +20,7 @@ else:
 
 MOST_BYTES = 64 * 2**20  # of a document
 SHORT_NUMBER = re.compile(r"[+-]?(\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?")  # Python's, not JSON's
+MOST_INSIDE = 2 * 10**6  # lists and objects of a document, counted before it is read as JSON
 MOST_DEPTH = 60  # of lists and objects inside one another
 TURNING = frozenset(map(chr, (*range(0x202A, 0x202F), *range(0x2066, 0x206A))))  # the direction of writing
 SHOWN = 40  # characters of a wrong value
@@ -100,9 +101,11 @@ class Entry:
         return self.value
 
     def text(self, choices: Sequence[str] = ()) -> str:
-        """A text, one of `choices` if there are any."""
+        """A text without characters that steer a terminal, one of `choices` if there are any."""
         if not isinstance(self.value, str) or (choices and self.value not in choices):
             raise self.error(f"one of {', '.join(choices)}" if choices else "a text")
+        if (clean := printable(self.value)) != self.value:
+            raise self.source.error(f"{self.place or 'it'} has characters that steer a terminal, in {clean[:SHOWN]!r}")
         return self.value
 
     def plain(self) -> dict[str, Any]:
@@ -225,8 +228,11 @@ def parse(text: str) -> Any:
 
     Raises:
         json.JSONDecodeError: it is no JSON.
-        ValueError: it is nested too deeply, or has such a number.
+        ValueError: it is nested too deeply, has too many lists and objects, or has such a number.
     """
+    count = text.count("[") + text.count("{")
+    if count > MOST_INSIDE:
+        raise ValueError(f"it has {count} lists and objects, more than {MOST_INSIDE}")
     try:
         found = json.loads(text, parse_constant=_refuse)
     except RecursionError:

@@ -21,6 +21,7 @@ from safetensors.numpy import load_file, save_file
 from cps_agents.zoo.card import MOST_BYTES, SHIPPED, read_card
 from cps_agents.zoo.files import load, shipped_names
 from cps_agents.zoo.network import Network, network_of
+from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import Array
 from tests.agents.command_line import succeeded
 from tests.agents.trained import save_tiny
@@ -261,3 +262,25 @@ def test_a_card_cannot_write_to_the_terminal(command: str, tmp_path: Path) -> No
     assert not any(unicodedata.category(letter) == "Cc" for letter in result.output.replace("\n", ""))
     assert "\u202e" not in result.output
     assert "[/] [link=x]y" in result.output
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seeds": {"0": None}},
+        {"seeds": {"0": {"steps": "x"}}},
+        {"seeds": {"0": {"validation": None}}},
+        {"seeds": {"0": {}, "x y": {}}},
+        {"evaluation": {"a": "b"}},
+        {"evaluation": {"a": {"row": {"mean": [1], "metric": "return"}}}},
+        {"evaluation": {"a": {"row": {"mean": 1.0}}}},
+        {"evaluation": {"a": {"row": {"mean": 1.0, "metric": "return", "low": "x", "high": 1}}}},
+        {"versions": {"a": 1}},
+    ],
+)
+def test_entries_inside_a_card_are_checked_too(change: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "tiny.json"
+    save_tiny(path, "rogue", "attacker")
+    path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
+    with pytest.raises(DamagedFileError, match="Train or download it again"):
+        read_card(path)

@@ -227,10 +227,9 @@ def test_every_text_may_be_hostile(browser: Any, page_file: Path, tmp_path: Path
     content = spoiled(json.loads(found[1]))
     page = opened(browser, write_page(tmp_path, content), DESK)
     shown = page.locator("body").inner_text()
-    assert page.title() == " ".join(content["title"].split())
+    assert page.title() == content["title"]
     assert shown.count("window.ran = 1") > 10
-    assert page.locator("#paper td").count() == 4
-    assert page.locator("#paper td").first.text_content() == content["sheets"][0]["rows"][0][0]
+    assert page.locator("#paper td").all_text_contents() == content["sheets"][0]["rows"][0][1:]
     assert page.locator("button.cell").count() == 4
     assert page.locator("#learning polyline").count() == 1
     for cell in page.locator("button.cell").all():

@@ -125,6 +125,17 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
         read_entry(tmp_path / "pipe", "list", "Delete it.")
 
 
+def test_texts_do_not_steer_a_terminal() -> None:
+    for text in ("\x1b[2J", "a\x07", "\u202eabc", "\x9b2J"):
+        with pytest.raises(DamagedFileError, match="digest has characters that steer a terminal"):
+            entry_of(json.dumps({"digest": text}), Source("score.json", "score", "Make it."))["digest"].text()
+
+
+def test_a_document_of_too_many_lists_is_refused_before_it_is_read() -> None:
+    with pytest.raises(ValueError, match="has 2000001 lists and objects, more than 2000000"):
+        parse("[" + "[]," * 2_000_000)  # no JSON, which nobody has noticed yet
+
+
 def test_lines_end_alike_on_every_system(tmp_path: Path) -> None:
     (tmp_path / "page.md").write_bytes(b"one\r\ntwo\n")
     assert read_text(tmp_path / "page.md") == "one\ntwo\n"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -68,11 +69,41 @@ class Card:
             raise ValueError("observation_size is out of range")
         if not self.actions or not all(type(each) is int and 1 <= each <= MOST_VALUES for each in self.actions):
             raise ValueError("actions have to be numbers of choices, each at least 1")
+        if any(not (seed.isdecimal() and str(int(seed)) == seed) for seed in self.seeds):
+            raise ValueError("seeds have to be named by whole numbers")
+        for seed, facts in self.seeds.items():
+            _check_facts(f"seeds.{seed}", facts, ("steps", "cpu_s", "validation"))
+        for block, examined in self.evaluation.items():
+            _check_examined(f"evaluation.{block}", examined)
+        if not all(isinstance(version, str) for version in self.versions.values()):
+            raise ValueError("versions have to be texts")
         check_wiring(self.wiring)
 
     def to_json(self) -> dict[str, Any]:
         """The card as plain data."""
         return asdict(self)
+
+
+def _check_facts(place: str, facts: Any, numbers: Sequence[str]) -> None:
+    """That facts are a mapping in which these, where they are there, are finite numbers."""
+    if not isinstance(facts, Mapping):
+        raise ValueError(f"{place} is no mapping")
+    for name in numbers:
+        value = facts.get(name, 0)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf:
+            raise ValueError(f"{place}.{name} = {str(value)[:40]!r} is no finite number")
+
+
+def _check_examined(place: str, examined: Any) -> None:
+    """That what was measured can be shown: of each row a mean, and the ends of its interval where they are there."""
+    if not isinstance(examined, Mapping):
+        raise ValueError(f"{place} is no mapping")
+    for row, found in examined.items():
+        if isinstance(found, Mapping) and "mean" in found:
+            ends = [name for name in ("low", "high") if found.get(name) is not None]
+            _check_facts(f"{place}.{row}", found, ("mean", *ends))
+            if not isinstance(found.get("metric"), str):
+                raise ValueError(f"{place}.{row}.metric is no text")
 
 
 def read_card(path: Path) -> Card:
