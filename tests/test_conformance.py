@@ -19,7 +19,7 @@ from cps_envs.core.types import ROLES, SIGN, Array, Role
 from tests.episodes import started
 from tests.settings import tests_of as settings_of
 
-ELSEWHERE = ("check_configurations",)  # tests/test_configurations.py
+ELSEWHERE = ("check_configurations", "check_copies")  # tests/test_configurations.py, tests/test_copies.py
 ONCE = ("check_live_observations", "check_live_swarm", "check_subprocess")  # do not depend on the preset
 QUICK = ("paper", "learning")  # presets whose checks are not slow; each preset has its golden trajectories beside them
 CHEAP = ("fdi", "rogue")  # problems whose learners' interfaces are stepped in no time
@@ -56,7 +56,7 @@ def learned() -> Iterator[object]:
     """Every check of learners' interfaces; those that cost many seconds are slow, but for what tells most."""
     for name, problem in PROBLEMS.items():
         for role in problem.training:
-            for check in LEARNING_CHECKS:
+            for check in (check for check in LEARNING_CHECKS if check.__name__ not in ELSEWHERE):
                 quick = name in CHEAP or check.__name__ in TELLING
                 yield pytest.param(name, role, check, marks=() if quick else (pytest.mark.slow,))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,15 @@ Observation: TypeAlias = NDArray[np.float32]
 
 State: TypeAlias = tuple[Array, ...]  # of a policy: arrays with a leading environment axis
 Generators: TypeAlias = Sequence[np.random.Generator]  # one for each episode that starts
-Knowledge: TypeAlias = Sequence[Mapping[str, Any]]  # what a privileged policy needs to know of each of them
+
+
+class Known(Protocol):
+    """What a privileged policy is told of an episode, by name; see `core.game.match.Told`."""
+
+    def __getitem__(self, name: str, /) -> Any: ...
+
+
+Knowledge: TypeAlias = Sequence[Known]  # for each episode that starts
 
 
 def other(role: Role) -> Role:

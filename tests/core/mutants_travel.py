@@ -38,6 +38,16 @@ for _name, _classes in {"pickling": (Unpicklable, LosesPlace), "pickled_generato
     ]
 
 
+class LosesPlaceInBatches(ToyAttackVectorEnv):
+    def __getstate__(self) -> Any:
+        state = dict(vars(self))
+        self.game.intruder[:] += 0.1
+        return state
+
+
+MUTANTS["check_copies"] = [lambda: Subject(ToyAttackEnv, LosesPlaceInBatches, {"preset": "learning"})]
+
+
 class CaresForTuples(ToyAttackEnv):
     def __init__(self, *, intruder_speed: Any = 0.5, **kwargs: Any) -> None:
         drift = 0.01 if isinstance(intruder_speed, tuple) else 0.1

@@ -163,7 +163,7 @@ def test_the_reference_is_told_at_once() -> None:
 
     def look(game: DisbandingGame) -> None:
         if game.elapsed[0] == 150:
-            told, _ = policy.begin([None, None], [{"truth": game.truth(b)} for b in range(2)])
+            told = [game.truth(b) for b in range(2)]
             truth = {name: np.stack([t[name] for t in told]) for name in told[0]}
             rows = policy._corrected(game.observe("defender"), truth)
             shown.append((spec.fields.decode(rows), {name: part.copy() for name, part in truth.items()}))

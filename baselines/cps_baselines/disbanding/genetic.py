@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from cps_envs.core.game.game import Game
 from cps_envs.core.game.match import Match
 from cps_envs.core.game.play import finish
 from cps_envs.core.policies.policy import Policy, RoleSpec
-from cps_envs.core.types import FloatArray, Generators, Knowledge, State
+from cps_envs.core.types import FloatArray, Generators, Knowledge, Known, State
 
 OBJECTIVES = {"payoff": None, "all": "velocity_error_all", "intact": "velocity_error_intact"}
 
@@ -54,7 +54,7 @@ class GeneticAlgorithm(PlannedAttack):
         plans = [self._plan(generator, known) for generator, known in zip(generators, knowledge, strict=True)]
         return (np.stack(plans),)
 
-    def _plan(self, generator: np.random.Generator, known: Mapping[str, Any]) -> FloatArray:
+    def _plan(self, generator: np.random.Generator, known: Known) -> FloatArray:
         model, seed = known["model"], int(generator.integers(2**31))
         start, times = model(1), np.full(self.spec.config.max_platoons, NEVER)
         if start.budget[0] == 0:  # a quiet episode

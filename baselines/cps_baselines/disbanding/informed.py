@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from cps_baselines.disbanding.string_controller import StringController
-from cps_envs.core.policies.policy import RoleSpec
+from cps_envs.core.policies.policy import RoleSpec, told_of
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Generators, IntArray, Knowledge, Observation, State
 
@@ -23,18 +23,17 @@ class Informed(StringController):
         super().__init__(spec, form="informed")
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """What is true of each episode, (B,), before what the controller keeps."""
-        truths = np.array([None] * len(knowledge), object)
-        truths[:] = [known["truth"] for known in knowledge]
-        return truths, *super().begin(generators, knowledge)
+        """What tells the truth of each episode, (B,), before what the controller keeps."""
+        return told_of(knowledge), *super().begin(generators, knowledge)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The controller's corrections where every vehicle is told the truth."""
         shown = seen.observation
         if "warned" in seen:
-            shown = self._corrected(shown, {name: np.stack([truth[name] for truth in state[0]]) for name in TOLD})
-        actions, kept = super().act(Seen(seen.fields, shown, seen.start, seen.deterministic), state[1:])
-        return actions, (state[0], *kept)
+            truths = [told["truth"] for told in state[0]]
+            shown = self._corrected(shown, {name: np.stack([truth[name] for truth in truths]) for name in TOLD})
+        actions, own = super().act(Seen(seen.fields, shown, seen.start, seen.deterministic), state[1:])
+        return actions, (state[0], *own)
 
     def _corrected(self, observation: Observation, truth: Mapping[str, FloatArray]) -> Observation:
         """Observations (B, size) with a fresh record of the nearest disbanded vehicle ahead for everybody behind it."""

@@ -13,7 +13,7 @@ from cps_baselines.disbanding.joint_program import JointSettings, design_joint, 
 from cps_envs.core.compute.kernels import pack, view
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, told_of
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, Generators, Knowledge, State
 from cps_envs.disbanding.start import nominal_constants
@@ -80,10 +80,9 @@ class Joint(AnalyticPolicy):
         self._prediction = Forecast(*np.zeros((2, config.max_vehicles, self.settings.horizon + 1)))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """What is true of each episode, (B,), its plan (B, M, H) in m/s2, multipliers (B, 3, M, H), residual (B,)."""
-        envs, truths = len(knowledge), np.array([None] * len(knowledge), object)
-        truths[:] = [known["truth"] for known in knowledge]
-        return truths, np.zeros((envs, *self._shape)), np.zeros((envs, 3, *self._shape)), np.zeros(envs)
+        """What tells the truth of episodes (B,), plans (B, M, H) in m/s2, multipliers (B, 3, M, H), residuals (B,)."""
+        envs = len(knowledge)
+        return told_of(knowledge), np.zeros((envs, *self._shape)), np.zeros((envs, 3, *self._shape)), np.zeros(envs)
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """The largest residual (B,) of the last decision's programs, see `solve_joint`."""
@@ -91,7 +90,8 @@ class Joint(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, M): corrections as shares of u_max - u_min."""
-        truths, plans, multipliers, residual = state
+        told, plans, multipliers, residual = state
+        truths = [each["truth"] for each in told]
         actions = np.zeros((len(seen), self.spec.config.max_vehicles))
         disbanded = np.isfinite(np.stack([truth["disbanding_s"] for truth in truths]))
         if not disbanded.any():
@@ -117,4 +117,4 @@ class Joint(AnalyticPolicy):
                 self._scratch,
                 actions[b],
             )
-        return np.clip(actions / self.limit_mps2, -1.0, 1.0), (truths, plans, multipliers, residual)
+        return np.clip(actions / self.limit_mps2, -1.0, 1.0), (told, plans, multipliers, residual)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.hvac.hypotheses import FilterChoices
-from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, told_of
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, Generators, Knowledge, State
 from cps_envs.hvac.sensors import sensor_sets
@@ -49,14 +49,11 @@ class Truth(AnalyticPolicy):
         self._model = len(sensor_sets(spec.config)) + 1
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """The true temperatures (B,), as views that change with the episode."""
-        views = np.empty(len(knowledge), object)
-        for b, known in enumerate(knowledge):
-            views[b] = known["truth"]["temperature"]
-        return (views,)
+        """What tells the truth of each episode (B,)."""
+        return (told_of(knowledge),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        true = np.stack(list(state[0]))
+        true = np.stack([told["truth"]["temperature"] for told in state[0]])
         error = ((seen["estimate"] - true[:, np.newaxis]) ** 2).sum(axis=2)
         return np.where(seen["ready"] > 0.5, error.argmin(axis=1), self._model), state

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
+from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, told_of
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, Generators, Knowledge, State
 from cps_envs.hvac.attack import bias_action
@@ -34,19 +34,17 @@ class Lookahead(AnalyticPolicy):
         self._count = int(spec.action_space.n)  # type: ignore[attr-defined]
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """What makes copies of each episode (B,), its choice (B,), and for how many steps that holds (B,)."""
-        makers = np.empty(len(knowledge), object)
-        for b, known in enumerate(knowledge):
-            makers[b] = known["model"]
-        return makers, np.zeros(len(makers), np.int64), np.zeros(len(makers), np.int64)
+        """What hands out copies of each episode (B,), its choice (B,), and for how many steps that holds (B,)."""
+        count = len(knowledge)
+        return told_of(knowledge), np.zeros(count, np.int64), np.zeros(count, np.int64)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        makers, choice, left = state[0], state[1].copy(), state[2] - 1
+        told, choice, left = state[0], state[1].copy(), state[2] - 1
         for b in np.flatnonzero(left < 0):
-            choice[b] = self._best(makers[b](self._count))
+            choice[b] = self._best(told[b]["model"](self._count))
             left[b] = self._hold_steps - 1
-        return choice, (makers, choice, left)
+        return choice, (told, choice, left)
 
     def _best(self, copies: HvacGame) -> int:
         """The legal choice that pays least on copies of an episode, one for each choice."""

@@ -11,6 +11,7 @@ from cps_envs.core.conformance.aliasing import check_actions_untouched, check_al
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
 from cps_envs.core.conformance.blocks import check_frame_skip, check_threads
 from cps_envs.core.conformance.configurations import check_configurations
+from cps_envs.core.conformance.copies import check_copies, check_copies_against
 from cps_envs.core.conformance.declaration import check_declaration
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
@@ -55,6 +56,8 @@ __all__ = [
     "check_bad_actions",
     "check_batch",
     "check_configurations",
+    "check_copies",
+    "check_copies_against",
     "check_cost",
     "check_declaration",
     "check_determinism",

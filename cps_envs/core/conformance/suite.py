@@ -14,6 +14,7 @@ from cps_envs.core.conformance.aliasing import check_actions_untouched, check_al
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
 from cps_envs.core.conformance.blocks import check_frame_skip, check_threads
 from cps_envs.core.conformance.configurations import check_configurations
+from cps_envs.core.conformance.copies import check_copies
 from cps_envs.core.conformance.declaration import check_declaration
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
@@ -70,6 +71,7 @@ CHECKS: tuple[Check, ...] = (
     check_configurations,
     check_pickling,
     check_pickled_generator,
+    check_copies,
     check_spec,
     check_subprocess,
     check_rendering,
@@ -105,6 +107,7 @@ LEARNING_CHECKS: tuple[Check, ...] = (  # of the interface for learners
     check_bad_actions,
     check_pickling,
     check_pickled_generator,
+    check_copies,
     check_spec,
     check_subprocess,
 )

@@ -248,7 +248,7 @@ class Game(ABC):
     def truth(self, b: int) -> Mapping[str, Any]:
         """Privileged: what roles have to infer of one environment, by name, for policies that are told it.
 
-        Arrays are views, which change with the episode.
+        Arrays may be views; policies get copies.
 
         Raises:
             TypeError: the problem tells nobody.

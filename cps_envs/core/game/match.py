@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from copy import deepcopy
+from functools import partial
 from math import gcd
 from typing import Any
 
@@ -19,11 +21,23 @@ from cps_envs.core.policies.policy import (
     Policy,
     begins,
     is_decentralised,
+    privileged_of,
     repeat,
     takes_masks,
 )
 from cps_envs.core.policies.state import put, take
-from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Generators, IntArray, Observation, Role, State
+from cps_envs.core.types import (
+    ROLES,
+    Array,
+    BoolArray,
+    FloatArray,
+    Generators,
+    IntArray,
+    Knowledge,
+    Observation,
+    Role,
+    State,
+)
 
 
 class Match:
@@ -65,10 +79,12 @@ class Match:
         marked = rows.tolist()
         spawned = children(generators, rows, len(ROLES))
         for role, player in self._beginners.items():
-            wanted: frozenset[str] = getattr(player, "privileged", frozenset())
-            knowledge = [self._knowledge(role, wanted, b) for b in marked] if wanted else [{}] * len(marked)
+            privileged = privileged_of(player)
+            if marked and "truth" in privileged:
+                self.game.truth(marked[0])  # a game that tells nobody says so before it is played
+            told: Knowledge = [Told(self, role, b) for b in marked] if privileged else [{}] * len(marked)
             self._states[role] = put(
-                self._states[role], rows, player.begin(spawned[ROLES.index(role)], knowledge), len(envs)
+                self._states[role], rows, player.begin(spawned[ROLES.index(role)], told), len(envs)
             )
 
     def action(self, role: Role) -> Array:
@@ -168,13 +184,35 @@ class Match:
             extras["team_observation"] = shown if rows is None else shown.take(rows, 0)
         return extras
 
-    def _knowledge(self, role: Role, wanted: frozenset[str], b: int) -> dict[str, Any]:
-        offers: dict[str, Callable[[], Any]] = {
-            "model": lambda: lambda num_envs: self.game.model(b, num_envs),
-            "truth": lambda: self.game.truth(b),
-            "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
-        }
-        return {name: offers[name]() for name in wanted}
+
+class Told:
+    """What a privileged policy is told of one episode; `told["truth"]` asks the match anew each time.
+
+    A policy may keep it in its state, and asks again at each decision: a copy of the match has copies of what it told,
+    which ask the copy.
+    """
+
+    def __init__(self, match: Match, role: Role, b: int) -> None:
+        self._match, self._role, self._b = match, role, b
+
+    def __getitem__(self, name: str) -> Any:
+        """Copies of the episode to plan on, called with their number ("model"); "truth"; or the "opponent".
+
+        Raises:
+            KeyError: the policy has not declared that it is told this.
+            TypeError: the game tells nobody.
+        """
+        match, players = self._match, self._match.players
+        if name not in privileged_of(players[self._role]):
+            kind = type(players[self._role]).__name__
+            raise KeyError(f"{kind} is not told {name!r}: it has to name it in `privileged`")
+        if name == "truth":
+            return deepcopy(match.game.truth(self._b))
+        if name == "model":
+            return partial(match.game.model, self._b)
+        if name == "opponent":
+            return next((player for role, player in players.items() if role != self._role), None)
+        raise KeyError(f"nobody is told {name!r}: a policy may be told model, truth or opponent")
 
 
 def _named(role: Role, player: Policy) -> str:

@@ -88,6 +88,11 @@ def is_decentralised(policy: Policy) -> bool:
     return bool(getattr(policy, "decentralised", False))
 
 
+def privileged_of(policy: Policy) -> frozenset[str]:
+    """What a policy has to be told beyond its observations; empty for one that is no oracle."""
+    return frozenset(getattr(policy, "privileged", ()))
+
+
 def begins(policy: Policy) -> bool:
     """Whether a policy wants to know when episodes start."""
     begin = getattr(type(policy), "begin", None)
@@ -113,6 +118,14 @@ def begun(policy: Policy, generators: Generators, knowledge: Knowledge) -> State
     return state
 
 
+def told_of(knowledge: Knowledge) -> Array:
+    """What tells of each episode, as an array (B,) for a policy's state."""
+    told = np.empty(len(knowledge), object)
+    for b, known in enumerate(knowledge):
+        told[b] = known
+    return told
+
+
 def repeat(action: Array, num_envs: int) -> Array:
     """One environment's action for every environment, (B, ...)."""
     return np.full((num_envs, *action.shape), action)
@@ -121,9 +134,10 @@ def repeat(action: Array, num_envs: int) -> Array:
 class AnalyticPolicy(ABC):
     """Base of policies that are computed, not learned. A subclass defines `act`, and `begin` if it has a state.
 
-    `privileged` names what the policy needs beyond its observations; such a policy is an oracle. The match hands these
-    values to `begin`, and reports mark the policy. A `masked` policy also sees the legal actions. A `decentralised` one
-    also sees what each agent of its role's team sees.
+    `privileged` names what the policy needs beyond its observations; such a policy is an oracle, and reports mark it.
+    `begin` gets for each episode what tells these values when it is asked. Keep that in the state and ask it at each
+    decision, so that a copy of an episode is asked for its own. A `masked` policy also sees the legal actions. A
+    `decentralised` one also sees what each agent of its role's team sees.
     """
 
     privileged: frozenset[str] = frozenset()
@@ -134,7 +148,7 @@ class AnalyticPolicy(ABC):
         self.spec = spec
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State | None:
-        """The state of episodes that start: one generator and one mapping of privileged values for each."""
+        """The state of episodes that start: one generator for each, and what tells its privileged values by name."""
         return None
 
     @abstractmethod

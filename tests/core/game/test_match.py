@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import re
 from typing import Any
 
@@ -10,7 +12,7 @@ import pytest
 from gymnasium.utils import seeding
 
 from cps_envs.core.game.match import Match
-from cps_envs.core.policies.policy import AnalyticPolicy, Idle, RoleSpec
+from cps_envs.core.policies.policy import AnalyticPolicy, Idle, RoleSpec, told_of
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, State
 from tests.core.toy import ToyConfig, ToyGame
@@ -33,6 +35,18 @@ class Witness:
         clock = np.round((observation[:, -1] + 1) * 6).tolist()
         self.calls.append((clock, count.tolist(), episode_start.tolist()))
         return np.array([self.action] * len(observation), self.dtype), (count + 1,)
+
+
+class TellingGame(ToyGame):
+    def truth(self, b: int) -> Any:
+        return {"intruder": self.intruder[b]}
+
+
+class Oracle(Witness):
+    privileged = frozenset({"truth", "opponent"})
+
+    def begin(self, generators: Any, knowledge: Any) -> Any:
+        return (told_of(knowledge),)
 
 
 def game(num_envs: int = 3, **kwargs: Any) -> ToyGame:
@@ -280,8 +294,26 @@ def test_truth_is_what_the_game_says_of_an_episode() -> None:
     played.truth = lambda b: {"liar": b}  # type: ignore[method-assign]
     Match(played, {"attacker": Told(0, np.int64)}).reset(np.array([False, True, True]), generators())
     assert [known["truth"] for known in begun] == [{"liar": 1}, {"liar": 2}]
+    with pytest.raises(KeyError, match="Told is not told 'model': it has to name it in `privileged`"):
+        begun[0]["model"]
     with pytest.raises(TypeError, match="'toy' tells no policy"):
         Match(game(), {"attacker": Told(0, np.int64)}).reset(np.ones(3, np.bool_), generators())
+
+
+def test_what_a_policy_was_told_asks_the_match_that_it_is_in() -> None:
+    played = TellingGame(ToyConfig(), 3)
+    match = Match(played, {"attacker": Oracle(0, np.int64), "defender": Witness([0, 0])})
+    match.reset(ALL, generators())
+    told = match._states["attacker"][0]  # type: ignore[index]
+    before = told[1]["truth"]["intruder"]
+    for copied in (copy.deepcopy(match), pickle.loads(pickle.dumps(match))):
+        copied.game.intruder[1] += 1.0
+        theirs = copied._states["attacker"][0]
+        np.testing.assert_array_equal(theirs[1]["truth"]["intruder"], before + 1.0)
+        assert theirs[1]["opponent"] is copied.players["defender"]
+        np.testing.assert_array_equal(told[1]["truth"]["intruder"], before)
+    told[1]["truth"]["intruder"][...] = 7.0
+    np.testing.assert_array_equal(played.intruder[1], before)
 
 
 def test_draws_of_a_policy_shift_no_draw_of_the_physics() -> None:
