@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import pickle
+from collections.abc import Callable
+from typing import Any
 
 from cps_envs.core.conformance.recording import assert_same, record, replay
 from cps_envs.core.conformance.subject import NotApplicableError, Subject
@@ -12,7 +14,7 @@ from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.policies.lookup import NEED_OPTIONS, PolicyReference, policy_names
 from cps_envs.core.types import other
 
-WAYS = {"copy.deepcopy": copy.deepcopy, "pickle": lambda env: pickle.loads(pickle.dumps(env))}
+WAYS: dict[str, Callable[[Any], Any]] = {"copy.deepcopy": copy.deepcopy, "pickle": lambda env: pickle.loads(pickle.dumps(env))}
 
 
 def check_copies(subject: Subject) -> None:
