@@ -14,7 +14,10 @@ from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.policies.lookup import NEED_OPTIONS, PolicyReference, policy_names
 from cps_envs.core.types import other
 
-WAYS: dict[str, Callable[[Any], Any]] = {"copy.deepcopy": copy.deepcopy, "pickle": lambda env: pickle.loads(pickle.dumps(env))}
+WAYS: dict[str, Callable[[Any], Any]] = {
+    "copy.deepcopy": copy.deepcopy,
+    "pickle": lambda env: pickle.loads(pickle.dumps(env)),
+}
 
 
 def check_copies(subject: Subject) -> None:
