@@ -57,7 +57,11 @@ def _outlive_readers() -> None:
         if isinstance(stream, TextIOWrapper) and isinstance(stream.buffer, (io.BufferedWriter, io.FileIO)):
             stream.flush()
             raw = Unheard(stream.fileno(), "wb", closefd=False)
-            kept: dict[str, Any] = {"encoding": stream.encoding, "errors": stream.errors, "line_buffering": stream.line_buffering}
+            kept: dict[str, Any] = {
+                "encoding": stream.encoding,
+                "errors": stream.errors,
+                "line_buffering": stream.line_buffering,
+            }
             through = stream.write_through  # as with PYTHONUNBUFFERED
             setattr(sys, name, TextIOWrapper(io.BufferedWriter(raw), write_through=through, **kept))
 
