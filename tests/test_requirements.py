@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 NAMES = ("light", "all")
 HASH = re.compile(r"--hash=sha256:[0-9a-f]{64}")
 CONTENTS = {  # folders of the wheel; what is not here belongs to `paper/` or to `tools/`
-    "cps_envs": "core disbanding fdi hvac rogue",
+    "cps_envs": "core data disbanding fdi hvac rogue",
     "cps_baselines": "disbanding fdi hvac rogue",
     "cps_agents": "arena commands league learning recipes report scoring zoo",
 }

@@ -7,8 +7,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cps_envs.core.declare.series import Series
-
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -51,7 +49,7 @@ def to_json(value: Any) -> str:
 def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
-    if isinstance(value, Series):
+    if hasattr(value, "to_json"):  # a series
         return value.to_json()
     raise TypeError(f"{value!r} cannot be written as JSON")
 

@@ -74,7 +74,10 @@ def draft_name() -> str:
 
 def sweep(drafts: Path) -> None:
     """Remove what processes of this machine have left in a folder of drafts that are no longer there."""
-    for draft in drafts.glob(f"{_machine()}-*-*") if os.name == "posix" else ():
+    found: list[Path] = []
+    with suppress(OSError):  # there is no such folder, or no longer
+        found = list(drafts.glob(f"{_machine()}-*-*")) if os.name == "posix" else []
+    for draft in found:
         owner = draft.name.split("-")[1]
         if owner.isdigit() and not _is_alive(int(owner)):
             with suppress(OSError):

@@ -101,10 +101,11 @@ class Entry:
         return self.value
 
     def text(self, choices: Sequence[str] = ()) -> str:
-        """A text without characters that steer a terminal, one of `choices` if there are any."""
+        """A text, perhaps of lines, without characters that steer a terminal; one of `choices` if there are any."""
         if not isinstance(self.value, str) or (choices and self.value not in choices):
             raise self.error(f"one of {', '.join(choices)}" if choices else "a text")
-        if (clean := printable(self.value)) != self.value:
+        bare = self.value.replace("\n", " ").replace("\t", " ")  # which steer nothing
+        if (clean := printable(bare)) != bare:
             raise self.source.error(f"{self.place or 'it'} has characters that steer a terminal, in {clean[:SHOWN]!r}")
         return self.value
 

@@ -61,7 +61,9 @@ def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) 
     path = tmp_path / "tiny.json"
     save_tiny(path, "rogue", "attacker", overrides=SHORT)
     before = weights_of(f"zoo:{path}?seed=1")
-    save_tiny(path, "rogue", "attacker", overrides=SHORT, evaluation={"mean": 3.0}, command="other")
+    save_tiny(
+        path, "rogue", "attacker", overrides=SHORT, evaluation={"pd": {"mean": 3.0, "metric": "gap_m"}}, command="other"
+    )
     assert weights_of(f"zoo:{path}") == before
     save_tiny(path, "rogue", "attacker", overrides=SHORT, frame_skip=2)
     assert weights_of(f"zoo:{path}") != before

@@ -349,7 +349,7 @@ class OneSeedForAll(SwarmVectorEnv):
 class FlatCountsBackwards(ToyAttackEnv):
     def __init__(self, *, flat: bool = False, **kwargs: Any) -> None:
         super().__init__(flat=flat, **kwargs)
-        self.flat = flat
+        vars(self)["flat"] = flat
 
     def step(self, action: Any) -> Any:
         return super().step(4 - action if self.flat else action)

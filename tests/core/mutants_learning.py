@@ -77,7 +77,7 @@ class LooksAtEveryGameStep(RolesParallelEnv):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._batch._base = self._batch.stride = 1
-        self.interval = 1
+        vars(self)["interval"] = 1
 
     def step(self, actions: Any) -> Any:
         result = super().step(actions)

@@ -25,6 +25,7 @@ ELSEWHERE = {
     "baselines/cps_baselines/rogue/informed.py": "data of the package",
     "baselines/cps_baselines/rogue/switching.py": "data of the package",
     "baselines/cps_baselines/searched.py": "data of the package",
+    "cps_envs/core/conformance/copies.py": "what it has pickled itself",
     "cps_envs/core/conformance/transport.py": "what a child process of a test prints",
     "cps_envs/core/compute/kernel_cache.py": "the package's own sources",
     "cps_envs/core/declare/traces.py": "lines of text that documents.py has read",

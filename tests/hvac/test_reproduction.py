@@ -93,7 +93,7 @@ def test_a_course_obeys_the_building_and_the_controller_gets_the_readings() -> N
     course = RecordedDay("none", "none", 2, SHORT).run()
     A, B, G = discretise(course.config)
     x, u = course.temperature_c, course.heating_w
-    w = weather(course.config, len(x))[:-1, np.newaxis]
+    w = weather(course.config, course.config.step_s * np.arange(len(x)))[:-1, np.newaxis]
     np.testing.assert_allclose(x[1:], x[:-1] @ A.T + B * u + G * w, atol=1e-10)
     np.testing.assert_allclose(course.estimate_c, course.reading_c[:-1], atol=1e-12)
     np.testing.assert_allclose(course.estimation_error_c, np.abs(course.reading_c - x)[:-1], atol=1e-12)

@@ -79,8 +79,8 @@ def test_a_seized_vehicle_that_stands_still_earns_little() -> None:
 
 def test_only_the_preset_for_learning_has_this_pay() -> None:
     for name, config in ROGUE.presets.items():
-        assert (config.bumper_mps > 0) == (name == "learning")
-        assert (config.formation_cost == "open_place") == (name == "learning")
+        assert (config.bumper_mps > 0) == (name in ("learning", "city"))
+        assert (config.formation_cost == "open_place") == (name in ("learning", "city"))
 
 
 def test_the_neutral_action_of_learning_is_the_sliding_mode_for_all() -> None:

@@ -20,7 +20,6 @@ from cps_agents.machine import available_cores, describe
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.sheet import Sheet
 from cps_agents.zoo.card import SHIPPED, read_card
-from cps_agents.zoo.references import reference_to
 from cps_envs import find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.game.problem import Later
@@ -148,6 +147,8 @@ def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str
     results = train_all(runs, workers, name)
     if ship is not None:
         merge([job.card for job in runs], ship / f"{name}.json")
+        from cps_agents.zoo.references import reference_to
+
         note(f"Written: {ship / name}.json and {name}.safetensors. They play as {reference_to(ship / f'{name}.json')}")
     return {
         "recipe": name,
@@ -164,6 +165,8 @@ def _print(runs: list[TrainingJob], found: dict[str, Any]) -> None:
     columns = ("seed", "steps", "CPU s", "best validation", "folder" if searched else "zoo:")
     out().print(Sheet(found["recipe"], columns, rows))
     best = max(found["runs"], key=lambda run: float(run["best_score"]))
+    from cps_agents.zoo.references import reference_to
+
     played = best["policy"] if searched else reference_to(runs[0].folder)
     note(f"Play {'the best' if searched else 'one'} with --{runs[0].recipe.role} {shlex.quote(played)}")
 

@@ -20,6 +20,7 @@ from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
 
 FOLDER = Path(__file__).with_name("v1")
+FIELDS = FOLDER / "fields.json"
 PLACES = 3  # digits behind the point of a pay in a file
 TOLERANCE = 2e-3  # between a pay in a file and the same episode, played again
 REPLAYED = 8  # episodes against each opponent, before a score
@@ -87,7 +88,7 @@ def identity(track: Track) -> str:
 def described(config: Any) -> str:
     """A configuration with all fields of the freeze; a field that came later counts where it has not its default."""
     name = type(config).__name__
-    rows = read_entry(FOLDER / "fields.json", "list of frozen fields", REMEDY)[name].rows()
+    rows = read_entry(FIELDS, "list of frozen fields", REMEDY)[name].rows()
     frozen = [row.text() for row in rows]
     later = [each for each in dataclasses.fields(config) if each.name not in frozen]
     changed = [each.name for each in later if getattr(config, each.name) != each.default]

@@ -6,6 +6,7 @@ It is found from the residuals that the sets have while nobody attacks. `thresho
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
@@ -20,7 +21,7 @@ from cps_envs.core.game.game import Game
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.config import ForeignSettingWarning, HvacConfig
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 
@@ -57,7 +58,9 @@ def calibrate(config: HvacConfig, seeds: Sequence[int] = SEEDS) -> Calibration:
         if game.elapsed[0] >= config.window_steps + SETTLING_STEPS:
             largest = np.maximum(largest, game.mean_residuals())
 
-    play_episodes(HVAC, config, {"attacker": "none", "defender": DEFENDER}, seeds, on_step=note)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ForeignSettingWarning)  # of the thresholds that are to be found
+        play_episodes(HVAC, config, {"attacker": "none", "defender": DEFENDER}, seeds, on_step=note)
     return Calibration(largest)
 
 

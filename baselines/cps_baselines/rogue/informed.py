@@ -113,4 +113,11 @@ def _alike(one: Policy | None, other: Policy | None) -> bool:
         return one is other
     mine, theirs = ({key: value for key, value in vars(each).items() if key != "spec"} for each in (one, other))
     same = type(one) is type(other) and mine.keys() == theirs.keys()
-    return same and all(mine[key] is theirs[key] or np.array_equal(mine[key], theirs[key]) for key in mine)
+    return same and all(_equal(mine[key], theirs[key]) for key in mine)
+
+
+def _equal(one: Any, other: Any) -> bool:
+    """Whether two attributes are the same numbers; NaN is equal to NaN in records."""
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray) and one.dtype.names:
+        return one.tobytes() == other.tobytes()
+    return one is other or np.array_equal(one, other)
