@@ -77,9 +77,17 @@ def written(name: str, **options: Any) -> str:
     return f"{name}?{'&'.join(pairs)}" if options else name
 
 
+def _stays_text(value: str) -> bool:
+    """Whether it is read back as this text, and not as a number or an error."""
+    try:
+        return typed(value) == value
+    except ValueError:  # NaN
+        return False
+
+
 def _word(value: Any) -> str:
     """A value as an option has it: a text without quotes where it is read back as the same text."""
-    plain = isinstance(value, str) and not value.startswith(("[", "{", '"')) and typed(value) == value
+    plain = isinstance(value, str) and not value.startswith(("[", "{", '"')) and _stays_text(value)
     return _encoded(value if plain else json.dumps(value))
 
 

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cps_envs.core.declare.panel import mixture, written
@@ -98,6 +98,7 @@ def test_what_a_mixture_writes_is_read_back(names: list[str]) -> None:
     assert found.is_mixture
 
 
+@example({"_": "NaN"})
 @given(st.dictionaries(st.from_regex(r"[a-z_]+", fullmatch=True), st.text() | st.integers() | st.lists(st.text())))
 def test_what_is_written_is_read_back(options: dict[str, Any]) -> None:
     found = parse(written("name", **options))
