@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -113,8 +112,7 @@ class HvacGame(Game):
             begin(self._batch, self._draws, halves_of(generators, envs), streams, self._quiet, envs)
 
     def _draw_from(self, drawn: HvacConfig) -> None:
-        weighted = drawn.num_compromised == self.config.num_compromised  # else their number is asked for
-        self._draws = draws_of(drawn if weighted else replace(drawn, compromised_weights=()))
+        self._draws = draws_of(drawn)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)

@@ -95,7 +95,9 @@ class Parameters:
         source="calibrated: eps of MTD2, with one and with two sensors per zone",
     )
     onset_step: IntRange = quantity(200, low=0, high=20_160, source="defined: t_0, first forged reading", ranged=True)
-    num_compromised: IntRange = quantity(2, low=1, high=MAX_SENSORS, source="paper: 1 to all", ranged=True)
+    num_compromised: IntRange = quantity(
+        2, low=1, high=MAX_SENSORS, source="paper: 1 to all", ranged=True, instead_of="compromised_weights"
+    )
     attack_order: tuple[int, ...] = quantity(
         (), low=1, high=MAX_SENSORS, source="sensors in the order in which they fall; none: 2, 1, 4, 3, 6, 5, 8, 7"
     )

@@ -31,6 +31,9 @@ def test_paper_is_exact() -> None:
 
 
 def test_learning_draws_what_the_specification_says() -> None:
+    assert HVAC.config("learning", {"num_compromised": 1}).compromised_weights == ()  # whose place it takes
+    with pytest.raises(ConfigurationError, match="say the same"):
+        HVAC.config("learning", {"num_compromised": 1, "compromised_weights": (0.5, 0.5)})
     assert (EASY.onset_step, EASY.num_compromised, EASY.random_compromise) == ((100, 400), (1, 3), True)
     assert (EASY.model_error, EASY.unmeasured_heat_w) == (0.02, 50.0)
 

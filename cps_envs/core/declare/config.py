@@ -40,6 +40,7 @@ def quantity(
     bodies: str = "",
     series: str = "",
     form: Sequence[Role] = (),
+    instead_of: str = "",
 ) -> Any:
     """A dataclass field with its unit, its admissible interval [low, high], and where the number comes from.
 
@@ -49,10 +50,11 @@ def quantity(
     all of them, or a tuple with one for each, which the configuration counts; of a ranged one each may be a pair. With
     `series`, a rule of `series.RULES`, it takes a `Series` too, which is resampled by that rule; a default () leaves it
     out. `form` names the roles of which the field says how they see and act, and not what happens: a trained policy
-    brings its own value along.
+    brings its own value along. `instead_of` names another field that says the same and counts before this one: an
+    override of this one alone sets that to its default, and both together are refused.
     """
     metadata = {"unit": unit, "low": low, "high": high, "source": source, "choices": tuple(choices), "ranged": ranged}
-    metadata |= {"bodies": bodies, "series": series, "form": tuple(form)}
+    metadata |= {"bodies": bodies, "series": series, "form": tuple(form), "instead_of": instead_of}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -141,7 +143,17 @@ def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
     own = {name: _field(name, value, timed) for name, value in overrides.items() if name != TRACES}
     if overrides.get(TRACES) is not None:
         own = _with_traces(overrides[TRACES], timed, own)
-    return dataclasses.replace(base, **own)  # type: ignore[type-var]
+    return dataclasses.replace(base, **_replaced(base, own), **own)  # type: ignore[type-var]
+
+
+def _replaced(base: Any, own: Mapping[str, Any]) -> dict[str, Any]:
+    """The defaults of fields in whose place others are given."""
+    declared = {field.name: field for field in dataclasses.fields(base)}
+    pairs = [(name, other) for name in own if (other := declared[name].metadata.get("instead_of"))]
+    for name, other in pairs:
+        if own.get(other):
+            raise ConfigurationError(f"{name} and {other} say the same: leave one of them out")
+    return {other: declared[other].default for _, other in pairs if other not in own}
 
 
 def is_drawn(field: dataclasses.Field[Any]) -> bool:

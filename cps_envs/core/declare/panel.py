@@ -80,7 +80,7 @@ def written(name: str, **options: Any) -> str:
 def _stays_text(value: str) -> bool:
     """Whether it is read back as this text, and not as a number or an error."""
     try:
-        return typed(value) == value
+        return bool(typed(value) == value)
     except ValueError:  # NaN
         return False
 
