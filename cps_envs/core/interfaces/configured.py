@@ -91,6 +91,7 @@ class Configured:
     config: Any  # what the episodes to come are drawn from
     opponent: PolicyReference | None
     game: Game
+    _form: Mapping[str, Any]  # arguments of `stage_of`
     _first: Any  # stages: the one that the environment was made with, ...
     _stage: Any  # ... the one that plays, ...
     _next: Any = None  # ... and the one that takes its place at the next reset
@@ -149,9 +150,9 @@ class Configured:
         vars(self).update(_next=None if stage is self._stage else stage, _drawn=drawn)
         return True
 
-    def _build(self, changes: Mapping[str, Any], rival: PolicyReference | None) -> Any:
+    def _build(self, changes: Mapping[str, Any], rival: Any) -> Any:
         """The first stage with other fields and another opponent."""
-        raise NotImplementedError
+        return changed(self._first, changes, rival, **self._form)
 
     def _use(self, stage: Any) -> None:
         """Play on this stage from now on."""

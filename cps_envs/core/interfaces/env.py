@@ -12,7 +12,7 @@ from gymnasium.error import ResetNeeded
 
 from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.configured import Configured, Stage, changed, stage_of
+from cps_envs.core.interfaces.configured import Configured, Stage, stage_of
 from cps_envs.core.interfaces.info import Costs, episode_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.learning.setting import decisions_of, rival_of, setting
@@ -69,7 +69,7 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
         found = setting(self.problem, self.role, preset, interface, options)
         self.config, self.preset, self.interface = found.config, found.preset, found.interface
         self.opponent = rival_of(found, opponent)
-        self._form: dict[str, Any] = {"joint": True, "flat": flat}
+        self._form = {"joint": True, "flat": flat}
         self._envs = np.ones(1, np.bool_)
         self._running = False
         self._first = stage_of(found, self.opponent, 1, scaling=scaling, **self._form)
@@ -79,9 +79,6 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
         self.neutral_action = self._side.neutral_action
         self._reader = ActionReader(self.action_space)
         self._seal()
-
-    def _build(self, changes: Mapping[str, Any], rival: Any) -> Stage:
-        return changed(self._first, changes, rival, **self._form)
 
     def _use(self, stage: Stage) -> None:
         game, side = stage.game, stage.side

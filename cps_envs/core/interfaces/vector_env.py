@@ -15,7 +15,7 @@ from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Problem
-from cps_envs.core.interfaces.configured import Configured, Stage, changed, stage_of
+from cps_envs.core.interfaces.configured import Configured, Stage, stage_of
 from cps_envs.core.interfaces.info import Costs, batch_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.interfaces.options import check_autoreset, check_mask, reseeded
@@ -78,7 +78,7 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
         self.config, self.preset, self.interface = found.config, found.preset, found.interface
         self.opponent = rival_of(found, opponent)
         threads = check_count("num_threads", num_threads)
-        self._form: dict[str, Any] = {"joint": not per_agent, "flat": flat, "num_threads": threads}
+        self._form = {"joint": not per_agent, "flat": flat, "num_threads": threads}
         self._most = None if max_episode_steps is None else check_count("max_episode_steps", max_episode_steps)
         self._first = stage_of(found, self.opponent, self.episodes, scaling=scaling, **self._form)
         self._use(self._first)
@@ -94,9 +94,6 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._seal()
-
-    def _build(self, changes: Mapping[str, Any], rival: Any) -> Stage:
-        return changed(self._first, changes, rival, **self._form)
 
     def _use(self, stage: Stage) -> None:
         game, side = stage.game, stage.side
