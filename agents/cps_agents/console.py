@@ -49,7 +49,9 @@ def to_json(value: Any) -> str:
 def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
-    if hasattr(value, "to_json"):  # a series
+    from cps_envs.core.declare.series import Series
+
+    if isinstance(value, Series):
         return value.to_json()
     raise TypeError(f"{value!r} cannot be written as JSON")
 
