@@ -168,7 +168,7 @@ def _require(holds: bool, message: str) -> None:
 
 
 class ForeignSettingWarning(UserWarning):
-    """A number of the paper's house meets another house."""
+    """A number that was found for the paper's house is used for another one."""
 
 
 def warn_if_foreign(config: HvacConfig) -> None:

@@ -11,7 +11,9 @@ pytest.importorskip("scipy", reason="needs the baselines")
 
 from cps_agents import score
 from cps_agents.scoring import frozen
+from cps_agents.scoring.frozen import described
 from cps_agents.scoring.tracks import find_track, tracks
+from cps_envs import Series, find_problem
 from cps_envs.core.declare.seeds import MOST_RUNS, SEEDS_PER_RUN, SPLITS, TRAINING_START, score_seeds
 from cps_envs.core.policies.lookup import policy_entry
 from cps_envs.core.types import other
@@ -80,3 +82,14 @@ def test_constants_and_random_stay_at_zero(name: str) -> None:
         gain = score(name, policy, split="dev").minus(zero)
         assert gain.low is not None
         assert gain.low <= 0.0, policy
+
+
+def test_a_field_that_came_after_the_freeze_counts_where_it_has_not_its_default() -> None:
+    before = described(find_problem("rogue").config("learning", {}))
+    assert "leader_speed_mps" not in before
+    assert "power_ratio=" in before
+    driven = Series((20.0, 25.0), step_s=60.0, repeats=True)
+    assert (
+        described(find_problem("rogue").config("learning", {"leader_speed_mps": driven}))
+        == f"{before[:-1]}, leader_speed_mps={driven!r})"
+    )
