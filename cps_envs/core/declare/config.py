@@ -51,7 +51,7 @@ def quantity(
     `series`, a rule of `series.RULES`, it takes a `Series` too, which is resampled by that rule; a default () leaves it
     out. `form` names the roles of which the field says how they see and act, and not what happens: a trained policy
     brings its own value along. `instead_of` names another field that says the same and counts before this one: an
-    override of this one alone sets that to its default, and both together are refused.
+    override of this one alone sets that to its default, and another value of this one beside that is refused.
     """
     metadata = {"unit": unit, "low": low, "high": high, "source": source, "choices": tuple(choices), "ranged": ranged}
     metadata |= {"bodies": bodies, "series": series, "form": tuple(form), "instead_of": instead_of}
@@ -151,7 +151,7 @@ def _replaced(base: Any, own: Mapping[str, Any]) -> dict[str, Any]:
     declared = {field.name: field for field in dataclasses.fields(base)}
     pairs = [(name, other) for name in own if (other := declared[name].metadata.get("instead_of"))]
     for name, other in pairs:
-        if own.get(other):
+        if own.get(other) and own[name] != getattr(base, name):
             raise ConfigurationError(f"{name} and {other} say the same: leave one of them out")
     return {other: declared[other].default for _, other in pairs if other not in own}
 
