@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 from cps_baselines.fdi import cross as module
-from cps_baselines.fdi.cross import cross, crossing_program, merged, polish, relaxation_mps
-from cps_baselines.fdi.highs import Limits, solve
+from cps_baselines.fdi.cross import cross, merged, relaxation_mps
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import IntArray
@@ -184,17 +183,6 @@ def test_a_solution_that_touches_a_collision_is_searched_for_again(monkeypatch: 
     record = cross(A, LEAD)
     assert len(calls) > 1
     assert (record.status, record.value_mps) == (PROVED, pytest.approx(6.5151, abs=6e-5))
-
-
-def test_polishing_finds_better_attacks_and_no_worse_ones() -> None:
-    task = parse_task("v1,2>2", 4)
-    program = crossing_program(A, task)
-    rough = solve(program, Limits(20, relative_gap=0.3)).columns
-    assert rough is not None
-    better = polish(program, A.horizon, rough, 3.0)
-    assert program.cost @ better < program.cost @ rough
-    assert replay(A, task, np.rint(better).astype(np.int64).reshape(20, 2)) == pytest.approx(-program.cost @ better)
-    assert polish(program, A.horizon, better, 0.0) is better
 
 
 def test_what_two_searches_know_together() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
@@ -11,7 +13,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+import typer
 
+from cps_agents.commands.certify import certify as certify_command
+from cps_agents.commands.certify import tasks_named
+from cps_agents.console import assignments
 from cps_agents.workers import Workers
 from cps_baselines.fdi.cross import cross
 from cps_baselines.fdi.replay import replay
@@ -34,6 +40,19 @@ def test_every_constant_is_a_field() -> None:
     assert set(CONSTANTS) <= set(vars(A))
 
 
+def parsed(options: list[str]) -> dict[str, Any]:
+    """The options of `cps-envs certify`, as its command line reads them."""
+    app = typer.Typer()
+    app.command()(certify_command)
+    return typer.main.get_command(app).make_context("certify", options).params
+
+
+def test_everything_open_has_a_gap_or_a_bound() -> None:
+    for config in SHIPPED.values():
+        for record in known(config).values():
+            assert record.closed or record.gap is not None or 0 < record.bound_mps < np.inf
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_file_holds_its_preset(name: str) -> None:
     text = (files("cps_envs.fdi") / "optima" / f"{name}.json").read_text(encoding="utf-8")
@@ -41,8 +60,14 @@ def test_the_file_holds_its_preset(name: str) -> None:
     assert values == {field: vars(SHIPPED[name])[field] for field in CONSTANTS}
     assert dict(known(SHIPPED[name])) == records
     header = json.loads(text)
-    assert all(command.startswith("cps-envs certify") for command in header["commands"])
-    assert len(header["commit"]) == 12
+    assert re.search(r"commit [0-9a-f]{12}\)$", header["before"])
+    for command in header["commands"]:  # each runs: it parses, and its configuration is that of the file
+        program, command_name, *options = shlex.split(command)
+        assert (program, command_name) == ("cps-envs", "certify")
+        chosen = parsed(options)
+        config = FDI.config(chosen["preset"], assignments(chosen["settings"]))
+        assert {field: vars(config)[field] for field in CONSTANTS} == values
+        tasks_named(chosen["task"], config.num_vehicles)
     assert "highspy" in header["versions"]
     rows = text[text.index("[") :].splitlines()
     assert len(rows) >= len(records)

@@ -56,7 +56,7 @@ def certify(
     ] = None,
     time_limit: Annotated[
         float,
-        typer.Option(min=0.0, metavar="SECONDS", help="Time for each integer program, or each episode; 0: no limit."),
+        typer.Option(min=0.0, metavar="SECONDS", help="Time for each task, or each episode; 0: no search."),
     ] = 20.0,
     gap: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Stop at this relative gap; 0 proves the optimum.")
@@ -73,9 +73,9 @@ def certify(
 ) -> None:
     """Find the highest impact speed that false data injection can reach, with a bound that proves it.
 
-    HiGHS solves mixed-integer programs. For each task you get the bound with continuous injections (LP), the speed of
-    the best attack found, and a bound that no attack exceeds. Press Ctrl-C at any time: finished tasks are kept, and
-    the same command continues.
+    Tasks of one vehicle are mostly proved, by an exhaustive search in a reduced basis; what stays open has a gap. For
+    each task you get the bound with continuous injections (LP), the speed of the best attack found, and a bound that no
+    attack exceeds. Press Ctrl-C at any time: finished tasks are kept, and the same command continues.
     """
     preset, values = described(FDI, preset, file, settings)
     if preset is None:
@@ -104,9 +104,9 @@ def certify_tasks(
 ) -> None:
     """Certify tasks within the limits of `sweep`, keep each at once, and show them; what the file has stays."""
     with alone_at(path):
-        known, commands = _earlier(path, config)
+        known, earlier = _earlier(path, config)
         left = open_tasks(tasks, known, improve=improve)
-        header = _header(commands)
+        header = _header(earlier)
         with Progress("tasks", len(left)) as progress, Workers(jobs) as pool:
             for done, record in enumerate(sweep(config, left, dict(known), run=pool.run, **limits), 1):
                 known[record.task] = record
@@ -120,15 +120,15 @@ def certify_tasks(
     note(f"{len(left)} tasks solved, {len(chosen) - len(left)} known before: {path}")
 
 
-def _earlier(path: Path, config: FdiConfig) -> tuple[dict[Task, Record], list[str]]:
-    """The records that a file holds already and the commands that found them; nothing where there is none.
+def _earlier(path: Path, config: FdiConfig) -> tuple[dict[Task, Record], dict[str, Any]]:
+    """The records that a file holds already, the commands that found them and what was before; nothing without one.
 
     Raises:
         DamagedFileError: it holds something else.
         CommandError: it holds optima of another configuration.
     """
     if not path.exists():
-        return {}, []
+        return {}, {}
     document = read_entry(path, KIND, REMEDY)
     values, records = from_entry(document)
     differing = [name for name, value in constants(config).items() if values.get(name) != value]
@@ -137,15 +137,16 @@ def _earlier(path: Path, config: FdiConfig) -> tuple[dict[Task, Record], list[st
             f"{path} holds optima of another configuration ({', '.join(differing)}). Name another file with --out, or "
             "delete it."
         )
-    commands = document.get("commands")
-    return records, [] if commands is None else [command.text() for command in commands.rows()]
+    commands, before = document.get("commands"), document.get("before")
+    header: dict[str, Any] = {} if before is None else {"before": before.text()}
+    return records, {**header, "commands": [] if commands is None else [each.text() for each in commands.rows()]}
 
 
-def _header(earlier: list[str]) -> dict[str, Any]:
-    command = describe()["command"]
-    commands = [*earlier, command] if command not in earlier[-1:] else earlier
+def _header(earlier: dict[str, Any]) -> dict[str, Any]:
+    command, commands = describe()["command"], earlier.get("commands", [])
+    commands = [*commands, command] if command not in commands[-1:] else commands
     versions = {package: version(package) for package in ("cps-envs", "highspy", "numpy")}
-    return {"commands": commands, "versions": versions}
+    return {**earlier, "commands": commands, "versions": versions}
 
 
 def _show(config: FdiConfig, records: list[Record]) -> None:

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from cps_baselines.fdi.continuation import Ending, program_to
+from cps_baselines.fdi.enumeration import FASTER_MPS, exhaust
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
-from cps_baselines.fdi.highs import OPTIMAL, UNSOLVED, Limits, Program, solve
-from cps_baselines.fdi.lifted import columns_of, stack, through
+from cps_baselines.fdi.highs import OPTIMAL, Limits, Program, solve
+from cps_baselines.fdi.lifted import NEGLIGIBLE, columns_of, lift, stack, through
 from cps_baselines.fdi.replay import NoReplayError, replay
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.optima import GAP_REACHED, INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.task import Task
 
-POLISH_SHARE = 0.5  # of the time limit
+SHARES = (0.05, 0.75, 0.2)  # of the time limit: for HiGHS, for the search of a reduced basis, for HiGHS again
+Search = Callable[[FdiConfig, Record, float], Record]
 PROVED_MPS = 1e-4  # a value this near its bound is the optimum
 
 
@@ -51,9 +54,8 @@ def cross(
     Args:
         config: the platoon, its limits and the horizon.
         task: attacked sensors and target.
-        time_limit_s: of the integer program, s; 0: none. Half as much again is spent on better attacks where it stays
-            open. In the rare case that its solution touches a collision before the end, a second one of this length
-            follows.
+        time_limit_s: of the search, s; 0: none. What HiGHS leaves open at once is searched in a reduced basis, see
+            `exhausted`; then HiGHS goes on with the best attack, which lowers the bound.
         gap: the part of the value by which it may miss the bound when the search stops; 0: prove the optimum.
         start: levels (m, q) of a known attack to begin with; without effect where it does not replay.
 
@@ -65,22 +67,50 @@ def cross(
     lp_mps = relaxation_mps(config, task)
     if lp_mps is None:
         return Record(task, None, None, 0.0, INFEASIBLE, time.perf_counter() - started)
-    limits, columns = Limits(time_limit_s, relative_gap=gap), columns_of(config, task.sensors)
-    point = None if start is None else columns.inverse @ start.reshape(-1).astype(np.float64)
-    program = crossing_program(config, task)
-    found = solve(program, limits, point) if time_limit_s > 0 else UNSOLVED
-    bound_mps, points = min(lp_mps, _speed(found.bound)), [point, found.columns]
-    if found.columns is not None and replayed(config, task, [found.columns])[0] is None:
-        program = crossing_program(config, task, strict=True)
-        points.append(solve(program, limits, point).columns)
+    points = [] if start is None else [columns_of(config, task.sensors).inverse @ start.reshape(-1).astype(np.float64)]
     value_mps, injections = replayed(config, task, points)
-    if found.status == TIME_LIMIT and injections is not None:
-        best = columns.inverse @ injections.reshape(-1).astype(np.float64)
-        polished = polish(program, config.horizon, best, POLISH_SHARE * time_limit_s)
-        value_mps, injections = replayed(config, task, [best, polished])
-    bound_mps = checked(bound_mps, value_mps, task)
-    record = Record(task, lp_mps, value_mps, bound_mps, TIME_LIMIT, 0.0, injections)
-    return replace(record, status=status_of(record, found.status), wall_s=time.perf_counter() - started)
+    record = Record(task, lp_mps, value_mps, lp_mps, TIME_LIMIT, 0.0, injections)
+    again: Search = partial(branched, gap=gap)
+    searches: tuple[Search, ...] = (again, exhausted, again)
+    for search, share in zip(searches, SHARES, strict=True):
+        if record.status == TIME_LIMIT and time_limit_s > 0:
+            record = search(config, record, share * time_limit_s)
+    return replace(record, wall_s=time.perf_counter() - started)
+
+
+def branched(config: FdiConfig, record: Record, time_limit_s: float, gap: float = 0.0) -> Record:
+    """A record after HiGHS has searched for so long, or up to a relative gap, beginning with its attack."""
+    task, columns = record.task, columns_of(config, record.task.sensors)
+    start = record.injections
+    point = None if start is None else columns.inverse @ start.reshape(-1).astype(np.float64)
+    limits = Limits(time_limit_s, relative_gap=gap)
+    found = solve(crossing_program(config, task), limits, point)
+    points = [point, found.columns]
+    if found.columns is not None and replayed(config, task, [found.columns])[0] is None:
+        points.append(solve(crossing_program(config, task, strict=True), limits, point).columns)
+    value_mps, injections = replayed(config, task, points)
+    bound_mps = checked(min(record.bound_mps, _speed(found.bound)), value_mps, task)
+    better = replace(record, value_mps=value_mps, bound_mps=bound_mps, injections=injections)
+    return replace(better, status=status_of(better, found.status))
+
+
+def exhausted(config: FdiConfig, record: Record, time_limit_s: float) -> Record:
+    """A record after an exhaustive search, of so many CPU seconds, for something better."""
+    task, program, columns = record.task, crossing_program(config, record.task), columns_of(config, record.task.sensors)
+    moving = np.abs(lift(config, task.sensors).errors[1:].reshape(-1, len(program.cost)) @ columns.transform)
+    passive = moving.max(axis=0) < NEGLIGIBLE
+    best_mps = -1.0 if record.value_mps is None else record.value_mps
+    found = exhaust(program, passive, best_mps, lambda point: replayed(config, task, [point])[0], time_limit_s)
+    if found.best is not None:
+        value_mps, injections = replayed(config, task, [found.best])
+        record = replace(record, value_mps=value_mps, injections=injections)
+    if not found.finished:
+        return record
+    if record.value_mps is None and found.bound_mps <= FASTER_MPS:
+        return replace(record, bound_mps=0.0, status=INFEASIBLE)
+    bound_mps = checked(min(record.bound_mps, found.bound_mps), record.value_mps, task)
+    record = replace(record, bound_mps=bound_mps)
+    return replace(record, status=status_of(record))
 
 
 def merged(first: Record, second: Record) -> Record:
@@ -135,33 +165,3 @@ def status_of(record: Record, solver_status: str = "") -> str:
     if record.value_mps is not None and record.bound_mps - record.value_mps <= PROVED_MPS:
         return PROVED
     return GAP_REACHED if solver_status == OPTIMAL else TIME_LIMIT
-
-
-WIDTHS = (8, 11)  # steps that are free at a time
-SEARCH_S = 4.0  # for one choice of steps
-GAP = 1e-4
-
-
-def polish(program: Program, steps: int, variables: FloatArray, time_limit_s: float) -> FloatArray:
-    """A point (columns,) of a program with step-major columns that is no worse than the feasible `variables`."""
-    best, best_objective, deadline = variables, float(program.cost @ variables), time.perf_counter() + time_limit_s
-    for free in _windows(steps, np.random.default_rng(0)):
-        left_s = deadline - time.perf_counter()
-        if left_s <= 0:
-            break
-        kept = ~np.repeat(free, len(best) // steps)
-        lower, upper = np.where(kept, best, program.lower), np.where(kept, best, program.upper)
-        found = solve(replace(program, lower=lower, upper=upper), Limits(min(SEARCH_S, left_s), GAP), best)
-        if found.columns is not None and found.objective < best_objective:
-            best, best_objective = np.rint(found.columns), found.objective
-    return best
-
-
-def _windows(steps: int, generator: np.random.Generator) -> Iterator[BoolArray]:
-    """Marks (steps,) of free steps, without end: two runs of successive steps, then scattered ones."""
-    while True:
-        for width in WIDTHS:
-            for _ in range(2):
-                first = generator.integers(min(0, 2 - width), steps - 1)
-                yield (np.arange(steps) >= first) & (np.arange(steps) < first + width)
-            yield np.isin(np.arange(steps), generator.permutation(steps)[: width + 2])

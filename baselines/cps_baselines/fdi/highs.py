@@ -16,7 +16,8 @@ from cps_envs.core.types import BoolArray, FloatArray
 
 FEASIBLE = 1e-8  # violation of a row, or of a whole number, that the solver may leave
 THREAD_ENDS_S = 0.5  # a process that ends sooner after a cancelled solve aborts: the solver's thread still cleans up
-OPTIMAL, INFEASIBLE, TIME_LIMIT = "optimal", "infeasible", "time limit"
+OPTIMAL, INFEASIBLE, TIME_LIMIT, NODE_LIMIT = "optimal", "infeasible", "time limit", "node limit"
+MOST_NODES = 2**31 - 1
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,10 @@ class Program:
 
 @dataclass(frozen=True)
 class Limits:
-    """When to stop: time, and the gaps between the incumbent and the dual bound."""
+    """When to stop: time, nodes, and the gaps between the incumbent and the dual bound."""
 
     time_s: float = np.inf
+    nodes: int = MOST_NODES  # unlike time, the same on every machine
     relative_gap: float = 0.0
     absolute_gap: float = 1e-6
 
@@ -42,7 +44,7 @@ class Limits:
 class Solution(NamedTuple):
     """What the solver found."""
 
-    status: str  # "optimal" within the gaps, "infeasible" or "time limit"
+    status: str  # "optimal" within the gaps, "infeasible", "time limit" or "node limit"
     columns: FloatArray | None  # None where no feasible point is known
     objective: float  # of the point; inf without one
     bound: float  # no feasible point has a lower objective; -inf where the solver has none
@@ -66,6 +68,7 @@ def solve(program: Program, limits: Limits | None = None, start: FloatArray | No
     limits = limits or Limits()
     for option, value in (
         ("time_limit", limits.time_s),
+        ("mip_max_nodes", limits.nodes),
         ("mip_rel_gap", limits.relative_gap),
         ("mip_abs_gap", limits.absolute_gap),
     ):
@@ -111,7 +114,7 @@ def run(solver: Any, *, mixed: bool = False) -> Solution:
     states, state, found = package.HighsModelStatus, solver.getModelStatus(), solver.getInfo()
     if state == states.kInfeasible:
         return Solution(INFEASIBLE, None, np.inf, np.inf)
-    if state not in (states.kOptimal, states.kTimeLimit):
+    if state not in (states.kOptimal, states.kTimeLimit, states.kSolutionLimit):
         raise RuntimeError(f"HiGHS gave up: {solver.modelStatusToString(state)}")
     known = found.primal_solution_status == package.SolutionStatus.kSolutionStatusFeasible
     columns = np.array(solver.getSolution().col_value) if known else None
@@ -121,7 +124,8 @@ def run(solver: Any, *, mixed: bool = False) -> Solution:
         bound = float(found.mip_dual_bound)
     else:
         bound = objective if optimal else -np.inf
-    return Solution(OPTIMAL if optimal else TIME_LIMIT, columns, objective, bound if np.isfinite(bound) else -np.inf)
+    status = OPTIMAL if optimal else TIME_LIMIT if state == states.kTimeLimit else NODE_LIMIT
+    return Solution(status, columns, objective, bound if np.isfinite(bound) else -np.inf)
 
 
 def _run(solver: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -12,13 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from cps_baselines.fdi.cross import cross
+from cps_baselines.fdi.cross import cross, exhausted
+from cps_baselines.fdi.enumeration import FASTER_MPS, exhaust
 from cps_baselines.fdi.highs import Program
+from cps_baselines.fdi.lattice import reduce_basis
 from cps_baselines.fdi.lifted import Rows
 from cps_envs.fdi.config import A
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, known
 from cps_envs.fdi.task import parse_task
-from tools.fdi.enumeration import FASTER_MPS, exhaust, exhausted
 
 whole = st.integers(-4, 4)
 
@@ -56,6 +58,25 @@ def test_it_proves_what_the_integer_program_proved(name: str) -> None:
     assert record.status in (PROVED, INFEASIBLE)
     assert record.value_mps == pytest.approx(expected.value_mps, abs=2e-6)
     assert record.bound_mps == pytest.approx(expected.bound_mps, abs=1e-4)
+
+
+def test_a_task_without_an_attack_is_proved_out_of_reach() -> None:
+    """Continuous injections reach it; the reduced basis shows at once that whole ones do not."""
+    five = replace(A, num_vehicles=5)
+    record = exhausted(five, cross(five, parse_task("v1,2>3", 5), 0.0), 60.0)
+    assert record.lp_mps is not None
+    assert (record.status, record.bound_mps) == (INFEASIBLE, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_reduced_basis_is_whole_and_short(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    skew = np.eye(8) + np.triu(generator.integers(-9, 10, (8, 8)), 1)
+    gram = skew @ np.diag(generator.uniform(0.5, 2.0, 8)) @ skew.T
+    basis = reduce_basis(gram)
+    np.testing.assert_array_equal(basis, np.rint(basis))
+    assert abs(np.linalg.det(basis)) == pytest.approx(1.0)
+    assert np.diag(basis @ gram @ basis.T).max() < 10.0
 
 
 def test_without_time_nothing_is_claimed() -> None:
