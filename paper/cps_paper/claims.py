@@ -13,7 +13,19 @@ from typing import Any, Generic, TypeVar
 from cps_paper.evidence import NotRunError
 from cps_paper.exhibit import ExhibitTable, places
 from cps_paper.printed.tables import read_table
-from cps_paper.verdicts import GIVEN, NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, Tolerance, of_cases, of_number
+from cps_paper.verdicts import (
+    GIVEN,
+    NEAR,
+    NOT,
+    OPEN,
+    PARTLY,
+    REPRODUCED,
+    UNKNOWN,
+    Tolerance,
+    of_cases,
+    of_comparisons,
+    of_number,
+)
 
 SHOWN_UNITS = {
     "bool": "",
@@ -67,6 +79,12 @@ class Finding:
     def of_cases(cls, hold: Sequence[bool], shown: str) -> Finding:
         """About a statement that has to hold in every case."""
         return cls(all(hold), shown, of_cases(hold))
+
+    @classmethod
+    def of_comparisons(cls, larger: Sequence[float], smaller: Sequence[float], shown: str) -> Finding:
+        """About pairs of positive numbers of which the first has to be clearly larger."""
+        verdict = of_comparisons(larger, smaller)
+        return cls(verdict == REPRODUCED, shown, verdict)
 
     @classmethod
     def of_number(cls, ours: float | None, claim: Claim, shown: str, *tolerances: Tolerance) -> Finding:
@@ -180,17 +198,17 @@ def findings_summary(findings: Findings) -> str:
     """How many claims are reproduced, and which are not."""
     by_verdict = {
         word: [claim.id for claim, finding in findings if finding.verdict == word]
-        for word in (REPRODUCED, NEAR, PARTLY, NOT, GIVEN, UNKNOWN)
+        for word in (REPRODUCED, NEAR, PARTLY, NOT, GIVEN, OPEN, UNKNOWN)
     }
     text = f"Claims: {len(by_verdict[REPRODUCED])} of {len(findings)} reproduced"
-    for word in (NEAR, PARTLY, NOT, GIVEN, UNKNOWN):
+    for word in (NEAR, PARTLY, NOT, GIVEN, OPEN, UNKNOWN):
         if by_verdict[word]:
             text += f"; {word}: {', '.join(by_verdict[word])}"
     return text + "."
 
 
 MEANING = {"match": REPRODUCED, "miss": NOT, "rough": PARTLY, "far": NOT}  # words for cells -> words for claims
-CLAIMS, CELLS, EFFECTS = "claims", "cells", "effects"
+CLAIMS, CELLS, EFFECTS, FITTED = "claims", "cells", "effects", "cells, fitted horizons"
 
 
 @dataclass(frozen=True)
@@ -198,7 +216,7 @@ class ClaimTally:
     """The verdicts on one kind of statement under one reading."""
 
     reading: str  # how what the text leaves open was read, such as "contact pass"
-    kind: str  # CLAIMS, CELLS or EFFECTS
+    kind: str  # CLAIMS, CELLS, EFFECTS or FITTED
     verdicts: Mapping[str, str]  # by the statement's id; words of `verdicts.VERDICTS`
 
     @property

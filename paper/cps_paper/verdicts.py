@@ -18,7 +18,8 @@ from cps_envs.core.types import BoolArray, FloatArray
 
 REPRODUCED, NEAR, PARTLY, NOT, UNKNOWN = "reproduced", "near", "partly", "not reproduced", "not evaluated"
 GIVEN = "by construction"  # what the paper prints was put in, or something was chosen so that it comes out
-VERDICTS = (REPRODUCED, NEAR, PARTLY, NOT, GIVEN, UNKNOWN)
+OPEN = "open"  # a search ended before it could tell: it counts neither way
+VERDICTS = (REPRODUCED, NEAR, PARTLY, NOT, GIVEN, OPEN, UNKNOWN)
 MATCH, MISS = "match", "miss"  # words of table cells for REPRODUCED and NOT
 SAME_SHARE, NEAR_SHARE = 0.05, 0.10  # relative differences; chosen
 ABSOLUTE, SHARE, FACTOR, BELOW = "absolute", "share", "factor", "below"  # kinds of tolerances
@@ -75,7 +76,8 @@ def grows_throughout(curve: Sequence[float]) -> bool:
 
 COMPARISON_RULE = (
     f"More, less, higher, lower, longer: by more than {100 * SAME_SHARE:g} %; a curve of many points, from its first "
-    "to its last. By construction: the number was put in, or something was chosen so that it comes out. "
+    "to its last. The right sign in all cases, or in all but one of three or more, with less than that: partly. By "
+    "construction: the number was put in, or something was chosen so that it comes out. "
 )
 
 
@@ -91,6 +93,14 @@ def of_cases(hold: Sequence[bool]) -> str:
     if len(hold) > 2 and sum(hold) == len(hold) - 1:
         return NEAR
     return PARTLY if any(hold) else NOT
+
+
+def of_comparisons(larger: Sequence[float], smaller: Sequence[float]) -> str:
+    """Pairs of which the first is to be clearly larger; the right sign without the size is PARTLY."""
+    pairs = list(zip(larger, smaller, strict=True))
+    verdict = of_cases([above(*pair) for pair in pairs])
+    signs = of_cases([one > other for one, other in pairs])
+    return PARTLY if verdict == NOT and signs in (REPRODUCED, NEAR) else verdict
 
 
 RECOVERY_RULE = (

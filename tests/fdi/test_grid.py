@@ -13,7 +13,7 @@ from cps_baselines.fdi.lifted import columns_of, end_rows, joint_ratio, legal_ro
 from cps_envs.fdi.config import A, FdiConfig
 from cps_envs.fdi.sensors import parse_sensors
 from cps_envs.fdi.task import Task, parse_task
-from cps_paper.fdi.grid import GRID_MPS, GridCell, solve_cell
+from cps_paper.fdi.grid import GRID_MPS, collisions, reach
 from cps_paper.fdi.interpretations import B
 from tests.fdi.reference import play, tasks
 
@@ -117,46 +117,33 @@ def test_only_one_variable_of_a_vehicle_with_both_sensors_moves_the_platoon() ->
     assert np.abs(moved[:, 1::2]).max(axis=0).min() > 1e-4
 
 
-def check(cell: GridCell, horizon: int, num_vehicles: int = 4) -> None:
-    """A cell against a simulation of its injections."""
-    assert cell.injections is not None
-    assert cell.injections.shape == (horizon, cell.task.sensors.count)
-    config = replace(A, horizon=horizon, num_vehicles=num_vehicles, attacked=str(cell.task.sensors))
-    end = play(config, cell.task.sensors, cell.injections).errors[-1]
-    target = cell.task.target - 1
-    assert cell.speed_mps == pytest.approx(end[num_vehicles + target])
-    distances = [np.hypot(end[target] + 5, end[num_vehicles + target] - speed_mps) for speed_mps in GRID_MPS]
-    assert min(distances) == pytest.approx(cell.distance)
-    assert cell.distance is not None
-    assert cell.distance <= 0.45
-    near = {i for i in range(1, num_vehicles + 1) if end[i - 1] <= -4.75} | {cell.task.target}
-    assert dict(cell.pairs) == pytest.approx({i: end[num_vehicles + i - 1] for i in near})
+@pytest.mark.parametrize("name", ["x1>1", "x2>2", "x4>4", "v4>4"])
+def test_a_hit_has_a_legal_plan(name: str) -> None:
+    found = reach(TABLE_3_1, parse_task(name, 4))
+    assert found.hit is True
+    assert found.injections is not None
+    course = play(TABLE_3_1, found.task.sensors, found.injections)
+    end = course.errors[-1][[found.task.target - 1, 4 + found.task.target - 1]]
+    assert found.end == pytest.approx(tuple(end))
+    assert min(np.hypot(end[0] + 5, end[1] - speed_mps) for speed_mps in GRID_MPS) <= 0.45
+    assert found.task.target in collisions(TABLE_3_1, found.task, found.injections)
 
 
-@pytest.mark.parametrize("name", ["x1>1", "x2>2", "x3>3", "x4>4", "v4>4"])
-def test_reachable_cells(name: str) -> None:
-    cell = solve_cell(TABLE_3_1, parse_task(name, 4), time_limit_s=20)
-    assert cell.reachable
-    assert cell.statuses
-    assert set(cell.statuses) <= {"proved", "infeasible", "time limit"}
-    check(cell, 14)
-
-
-def test_a_cell_of_a_longer_platoon() -> None:
-    cell = solve_cell(TABLE_3_7, parse_task("v5>5", 5), time_limit_s=20)
-    assert cell.reachable
-    check(cell, 12, 5)
+def test_a_plan_that_ends_there_is_taken() -> None:
+    task = parse_task("x1>1", 4)
+    first = reach(TABLE_3_1, task)
+    assert first.injections is not None
+    np.testing.assert_array_equal(reach(TABLE_3_1, task, plan=first.injections).injections, first.injections)
 
 
 def test_the_relaxation_settles_unreachable_cells() -> None:
-    cell = solve_cell(TABLE_3_1, parse_task("x4>1", 4))
-    assert (cell.reachable, cell.speed_mps, cell.pairs, cell.distance, cell.statuses) == (False, None, (), None, ())
+    assert reach(TABLE_3_1, parse_task("x4>1", 4)).hit is False
+
+
+def test_what_ends_by_its_nodes_is_open() -> None:
+    """Tables 3.7 at its fitted horizon; the same with any load of the machine."""
+    assert reach(TABLE_3_7, parse_task("v1,3>3", 5), nodes=1).hit is None
 
 
 def test_a_stricter_acceptance_reaches_no_more() -> None:
-    task = parse_task("x1>1", 4)
-    cells = [solve_cell(TABLE_3_1, task, acceptance=acceptance, time_limit_s=20) for acceptance in (0.45, 1e-5)]
-    assert cells[0].reachable
-    assert not cells[1].reachable
-    assert cells[1].distance is not None
-    assert cells[1].distance > 1e-5
+    assert reach(TABLE_3_1, parse_task("x1>1", 4), acceptance=1e-5).hit is not True

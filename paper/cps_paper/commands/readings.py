@@ -34,6 +34,7 @@ COLORS = {
     "miss": "red",
     "not reproduced": "red",
     "by construction": "dim",
+    "open": "dim",
     "not evaluated": "dim",
 }
 

@@ -59,13 +59,13 @@ def no_accident(evidence: DisbandingEvidence, claim: Claim) -> Finding:
 
 @CLAIMS.judges("P04")
 def slow_then_fast(evidence: DisbandingEvidence, claim: Claim) -> Finding:
-    """Each follower of the disbanded platoon loses speed and regains some of it later."""
+    """Each vehicle of the disbanded platoon loses speed and regains some of it later."""
     record = _twenty(evidence)
-    speed = record.speed_mps[:, record.vehicles(LEAD)][:, 1:]
+    speed = record.speed_mps[:, record.vehicles(LEAD)]
     change = CHANGE_SHARE * record.config.desired_speed_mps
     lowest = speed.min(axis=0)
     hold = ((speed[0] - lowest > change) & (speed[-1] - lowest > change)).tolist()
-    shown = f"{sum(hold)} of {len(hold)} followers, lowest speed {lowest.min():.1f} m/s, the front one stays at 31 m/s"
+    shown = f"{sum(hold)} of {len(hold)} vehicles, lowest speed {lowest.min():.1f} m/s, the front one stays at 31 m/s"
     return Finding.of_cases(hold, shown)
 
 

@@ -7,26 +7,27 @@ from dataclasses import asdict
 from typing import Any
 
 from cps_paper.chapter import Chapter, Reproduction
-from cps_paper.claims import CELLS, CLAIMS, ClaimTally, tally
+from cps_paper.claims import CELLS, CLAIMS, FITTED, ClaimTally, tally
 from cps_paper.evidence import Experiment
-from cps_paper.exhibit import Exhibit
+from cps_paper.exhibit import Exhibit, ExhibitTable
 from cps_paper.fdi.audit import audit_data, audit_tables
-from cps_paper.fdi.cells import cells_table, grid_runs, solved
+from cps_paper.fdi.cells import cells_table, circle_runs, solved
 from cps_paper.fdi.continuous import compared, continuous_data, continuous_table, verdict
 from cps_paper.fdi.controls import controls_table
-from cps_paper.fdi.counts import counted, counts_table
+from cps_paper.fdi.counts import counted, counts_table, fitted_table, fitted_verdicts
 from cps_paper.fdi.experiments import (
     FOUR_VEHICLES,
     ONE_HORIZON,
     RELAXED,
     TABLES,
+    CircleRun,
     FdiEvidence,
     FdiSettings,
-    OneHorizonRun,
     RelaxedSpeeds,
 )
 from cps_paper.fdi.figure_3_2 import draw_figure, figure_rows, figure_runs, figure_table, main_rows
-from cps_paper.fdi.summary import AUDIT, FIGURE, closing
+from cps_paper.fdi.more_sensors import compared_sensors, sensors_data, sensors_table
+from cps_paper.fdi.summary import AUDIT, FIGURE, HORIZONS, closing
 from cps_paper.printed.tables import collision_cells
 from cps_paper.verdicts import Check
 
@@ -37,27 +38,29 @@ def evidence(
     *,
     quick: bool = False,
     preset_set: str = "A",
-    time_limit: float = 2.0,
+    nodes: int = 100,
     acceptance: float = 0.45,
 ) -> FdiEvidence:
-    """Solved with these settings; `quick` leaves out the control with one horizon.
+    """Judged with these settings; `quick` says that less was asked for.
 
     Raises:
         ConfigurationError: see `FdiSettings`.
     """
-    return FdiEvidence(quick=quick, settings=FdiSettings(preset_set, time_limit, acceptance))
+    return FdiEvidence(quick=quick, settings=FdiSettings(preset_set, nodes, acceptance))
 
 
 def _table(table: str) -> Exhibit[FdiEvidence]:
     def experiments(seen: FdiEvidence) -> list[Experiment[Any]]:
-        todo: list[Experiment[Any]] = [*grid_runs(seen.settings, table)]
-        if table in FOUR_VEHICLES:
-            todo.append(RelaxedSpeeds(RELAXED))
-            todo += [] if seen.quick else [OneHorizonRun(cell.task) for cell in collision_cells(table)]
-        return todo
+        if table not in seen.settings.tables:
+            return []
+        relaxed = [RelaxedSpeeds(RELAXED)] if table in FOUR_VEHICLES else []
+        return [*circle_runs(seen.settings, table), *relaxed]
+
+    def tables(seen: FdiEvidence) -> list[ExhibitTable]:
+        return [cells_table(seen, table)] if table in seen.settings.tables else []
 
     about = f"Table {table}, with the agreement of all tables"
-    return Exhibit(table, about, experiments, lambda seen: [cells_table(seen, table)], quick=table in ONE_ATTACKED)
+    return Exhibit(table, about, experiments, tables, quick=table in ONE_ATTACKED)
 
 
 def _beside(name: str, about: str, tables: Callable[[FdiEvidence], Any], data: Any = None) -> Exhibit[FdiEvidence]:
@@ -65,10 +68,26 @@ def _beside(name: str, about: str, tables: Callable[[FdiEvidence], Any], data: A
     return Exhibit(name, about, lambda seen: (), tables, data, given=lambda seen: bool(solved(seen)))
 
 
+def _fitted_runs(seen: FdiEvidence) -> list[Experiment[Any]]:
+    if seen.settings.parameters != "A":
+        return []
+    return [
+        CircleRun(seen.settings, table, cell.task, fitted=True) for table in TABLES for cell in collision_cells(table)
+    ]
+
+
 EXHIBITS: tuple[Exhibit[FdiEvidence], ...] = (
     *map(_table, TABLES),
+    Exhibit(
+        HORIZONS,
+        "the tables at a horizon of their own, which was fitted",
+        _fitted_runs,
+        lambda seen: [fitted_table(seen)] if _fitted_runs(seen) else [],
+        quick=False,
+    ),
     _beside("counts", "how often we agree", lambda seen: [counts_table(seen)]),
     _beside("controls", "how often simpler rules agree", lambda seen: [controls_table(seen)]),
+    _beside("sensors", "two sensors against one", lambda seen: [sensors_table()], lambda seen: sensors_data()),
     _beside("continuous", "injections of any size", lambda seen: [continuous_table()], lambda seen: continuous_data()),
     Exhibit(
         AUDIT,
@@ -102,8 +121,19 @@ def tallies(found: Reproduction[FdiEvidence]) -> list[ClaimTally]:
     ]
     rows = main_rows(figure_rows(found.evidence)) if FIGURE in found.parts else []
     claims = [(f"Fig. 3.2, {row.paper.sensors}", row.verdict) for row in rows]
-    claims += [("continuous injections are stronger", verdict(compared()))] if tables else []
-    return [tally(reading, CLAIMS, claims), tally(reading, CELLS, cells)]
+    if tables:
+        claims += [("continuous injections are stronger", verdict(compared()))]
+        claims += [(each.claim, each.verdict) for each in compared_sensors()]
+    fitted = _fitted_cells(found) if HORIZONS in found.parts and _fitted_runs(found.evidence) else []
+    return [tally(reading, CLAIMS, claims), tally(reading, CELLS, cells), tally(reading, FITTED, fitted)]
+
+
+def _fitted_cells(found: Reproduction[FdiEvidence]) -> list[tuple[str, str]]:
+    return [
+        (f"{table} {cell.task.sensors}>{cell.task.target}", verdict)
+        for table in TABLES
+        for cell, verdict in fitted_verdicts(found.evidence, table)
+    ]
 
 
 def document(found: Reproduction[FdiEvidence]) -> dict[str, Any]:
@@ -114,7 +144,7 @@ def document(found: Reproduction[FdiEvidence]) -> dict[str, Any]:
         "chapter": 3,
         "settings": asdict(seen.settings),
         "quick": seen.quick,
-        "parts": {name: data[name] for name in (*TABLES, FIGURE, AUDIT) if name in data},
+        "parts": {name: data[name] for name in (*TABLES, HORIZONS, FIGURE, AUDIT) if name in data},
         **beside,
         "passed": found.passed,
         "closing": found.closing(),

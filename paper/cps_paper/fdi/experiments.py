@@ -1,4 +1,4 @@
-"""What the chapter solves: cells of the tables, and the controls beside them, with one setting."""
+"""What the chapter computes: whether the targets of its tables can be hit, with one setting, and linear programs."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-from cps_baselines.fdi.cross import cross, relaxation_mps
+from cps_baselines.fdi.cross import relaxation_mps
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.fdi.config import A, FdiConfig
+from cps_envs.fdi.optima import Record, known
 from cps_envs.fdi.task import Task
 from cps_paper.evidence import Evidence
-from cps_paper.fdi.grid import GridCell, solve_cell
+from cps_paper.fdi.grid import GridEnd, reach
 from cps_paper.fdi.interpretations import B, C
 from cps_paper.printed.tables import TABLE_VEHICLES, CollisionCell, collision_cells
 
@@ -19,99 +20,83 @@ TABLES = tuple(TABLE_VEHICLES)
 FOUR_VEHICLES = tuple(table for table, vehicles in TABLE_VEHICLES.items() if vehicles == 4)
 ALL_FOUR = "n = 4"  # all of these together
 SETS: Mapping[str, FdiConfig] = {"A": A, "B": B}
-HORIZONS: Mapping[str, Mapping[str, int]] = {  # m, fitted per table: the paper prints none
-    "A": dict(zip(TABLES, (14, 20, 25, 18, 14, 10, 12), strict=True)),
-    "B": dict(zip(TABLES, (15, 15, 25, 15, 15, 11, 12), strict=True)),
-}
-ONE_HORIZON = A  # the control with a single horizon, m = 20
+FITTED: Mapping[str, int] = dict(zip(TABLES, (14, 20, 25, 18, 14, 10, 12), strict=True))  # m that agree best, set A
+ONE_HORIZON = A  # m = 20, as in the game
 RELAXED = C  # the control by linear programs, m = 25
 
 
 @dataclass(frozen=True)
 class FdiSettings:
-    """How the cells are solved.
+    """How the cells are judged.
 
     Raises:
         ConfigurationError: an unknown set, or a limit that is not above 0.
     """
 
     parameters: str = "A"
-    time_limit_s: float = 2.0  # of each solve
-    acceptance: float = 0.45  # largest distance of the end from the goal
+    nodes: int = 100  # of each search
+    acceptance: float = 0.45  # largest distance of the end from a point of the grid
 
     def __post_init__(self) -> None:
         if self.parameters not in SETS:
             raise ConfigurationError(f"there is no preset set {self.parameters!r}. {near(self.parameters, SETS)}")
-        if not (self.time_limit_s > 0 and self.acceptance > 0):
+        if not (self.nodes > 0 and self.acceptance > 0):
             raise ConfigurationError(
-                f"time limit and acceptance have to be above 0; got {self.time_limit_s:g} s and {self.acceptance:g}."
+                f"nodes and acceptance have to be above 0; got {self.nodes} and {self.acceptance:g}."
             )
 
     def config(self, table: str) -> FdiConfig:
-        """The platoon and the horizon of a table."""
-        return replace(
-            SETS[self.parameters], num_vehicles=TABLE_VEHICLES[table], horizon=HORIZONS[self.parameters][table]
-        )
+        """The platoon of a table, with the one horizon of its set."""
+        return replace(SETS[self.parameters], num_vehicles=TABLE_VEHICLES[table])
+
+    def certificates(self, table: str) -> Mapping[Task, Record]:
+        """What is certified of a table's tasks; empty where nothing ships."""
+        return known(self.config(table))
 
     @property
-    def has_goals(self) -> bool:
-        """Whether the goals of the specification were stated for these: 2 s or more, 0.45."""
-        default = FdiSettings(self.parameters)
-        return self.time_limit_s >= default.time_limit_s and self.acceptance == default.acceptance
+    def tables(self) -> tuple[str, ...]:
+        """The tables of this set: those with certificates."""
+        return tuple(table for table in TABLES if self.certificates(table))
 
-
-ONE_HORIZON_LIMIT_S = 4.0
-ONE_HORIZON_GAP = 0.01
+    @property
+    def has_reference(self) -> bool:
+        """Whether the counts of the regression check are those of these settings."""
+        return self == FdiSettings(self.parameters)
 
 
 @dataclass(frozen=True)
 class FdiEvidence(Evidence):
-    """Results by experiment, solved with one setting."""
+    """Results by experiment, computed with one setting."""
 
     settings: FdiSettings = field(default_factory=FdiSettings)
 
 
 @dataclass(frozen=True)
-class GridRun:
-    """A cell of a table by the grid method."""
+class CircleRun:
+    """Whether the target of a cell can be hit: a search in the acceptance circle, from the certificate's plan."""
 
     settings: FdiSettings
     table: str
     task: Task
+    fitted: bool = False  # at the table's fitted horizon, to which no plan belongs
 
     @property
     def cost(self) -> float:
         """How long it takes, in seconds."""
-        return 0.1 if self.task.sensors.count == 1 else 0.6 * self.settings.time_limit_s
+        return 0.05 if self.task.sensors.count == 1 else 0.3
 
     @property
     def label(self) -> str:
         """A few words for a progress bar."""
         return f"Table {self.table}, {self.task.sensors} -> V_{self.task.target}"
 
-    def run(self) -> GridCell:
-        """Solve it."""
-        settings = self.settings
-        config = settings.config(self.table)
-        return solve_cell(config, self.task, settings.time_limit_s, settings.acceptance)
-
-
-@dataclass(frozen=True)
-class OneHorizonRun:
-    """The highest impact speed found for a task of four vehicles with the control's one horizon."""
-
-    task: Task
-
-    cost: ClassVar[float] = 0.6 * ONE_HORIZON_LIMIT_S  # s
-
-    @property
-    def label(self) -> str:
-        """A few words for a progress bar."""
-        return f"control with one horizon, {self.task.sensors} -> V_{self.task.target}"
-
-    def run(self) -> float | None:
-        """Solve the integer program; m/s, None where no collision was found."""
-        return cross(ONE_HORIZON, self.task, ONE_HORIZON_LIMIT_S, ONE_HORIZON_GAP).value_mps
+    def run(self) -> GridEnd:
+        """Search for it."""
+        settings, config = self.settings, self.settings.config(self.table)
+        plan = settings.certificates(self.table)[self.task].injections
+        if self.fitted:
+            config, plan = replace(config, horizon=FITTED[self.table]), None
+        return reach(config, self.task, settings.acceptance, settings.nodes, plan)
 
 
 @dataclass(frozen=True)

@@ -1,137 +1,114 @@
-"""The grid-target problem behind the paper's tables: which grid speed can the target pair collide with?
+"""The grid-target problem behind the paper's tables: can the target pair be brought to a point of the grid?
 
-The tables' speeds cluster at -2, -4, -6 and -8 m/s, so a printed speed is read as the largest grid speed that a solver
-reached, not as the reachable maximum. Step m itself is free of all constraints but the end, as in (3.51). HiGHS looks
-for the legal integer injections that end nearest to a point, (3.55) corrected.
+The paper asks whether injections exist that bring the platoon near a target state; its speeds cluster at -2, -4, -6 and
+-8 m/s, so that these are taken for the grid. An end counts that lies within an acceptance circle around such a point.
+Step m itself is free of all constraints but the end, as in (3.51).
+
+A circle is no linear constraint. An octagon inside it gives a plan, one around it proves that there is none. Searches
+end by their number of nodes, which no machine changes; what they leave undecided is open.
 """
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from cps_baselines.fdi.highs import INFEASIBLE, OPTIMAL, Limits, Program, Solution, solve
-from cps_baselines.fdi.lifted import NEGLIGIBLE, Rows, end_rows, legal_rows, lift, stack, violation
+from cps_baselines.fdi.highs import INFEASIBLE, OPTIMAL, Limits, Program, solve
+from cps_baselines.fdi.lifted import NEGLIGIBLE, Rows, columns_of, legal_rows, lift, stack, through, violation
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.task import Task
 
-GRID_MPS = (-8.0, -6.0, -4.0, -2.0)
+GRID_MPS = (-2.0, -4.0, -6.0, -8.0)
 TOUCH_M = 0.25  # a pair with e_x(m) up to this above -x_d counts as collided
 FEASIBLE = 1e-6  # largest violation of a row, m and m/s2
-PROVED = "proved"
+SIDES = 8  # of the polygons for a circle
 
 
 @dataclass(frozen=True)
-class GridCell:
-    """A cell of Tables 3.1 to 3.7, computed.
-
-    Speeds are relative speeds e_v in m/s: negative = closing.
-    """
+class GridEnd:
+    """Whether the target pair of a task can be brought to a point of the grid."""
 
     task: Task
-    reachable: bool
-    speed_mps: float | None  # of the target; None where it is not reachable
-    pairs: tuple[tuple[int, float], ...]  # (i, e_v,i) of the pairs that collide, by i; the target is one of them
-    distance: float | None  # of the end from the goal: of the accepted one, else the smallest that was found
-    statuses: tuple[str, ...]  # of each solve: "proved", "time limit" or "infeasible"
-    injections: IntArray | None  # (m, q) levels
-    wall_s: float
+    hit: bool | None  # None: open
+    end: tuple[float, float] | None  # (m, m/s) e_x and e_v of the target with the plan
+    injections: IntArray | None  # (m, q) levels of the plan
 
 
-def solve_cell(config: FdiConfig, task: Task, time_limit_s: float = 2.0, acceptance: float = 0.45) -> GridCell:
-    """Try the grid speeds from the highest on; accept the first with an end within `acceptance` of (-x_d, speed).
+def reach(
+    config: FdiConfig, task: Task, acceptance: float = 0.45, nodes: int = 100, plan: IntArray | None = None
+) -> GridEnd:
+    """Look for a legal end within `acceptance` of a point of the grid, the slow points first.
 
-    The horizon is that of the configuration; `time_limit_s` is for each solve.
+    `nodes` are those of each search; `plan` (m, q) is a legal one to begin with, which may end there itself.
     """
-    started = time.perf_counter()
-    attempt = _approach(config, task, time_limit_s, acceptance)
-    end = None
-    if attempt.levels is not None:
-        end = lift(config, task.sensors).errors[config.horizon] @ attempt.levels
-    return GridCell(
-        task=task,
-        reachable=end is not None,
-        speed_mps=None if end is None else float(end[config.num_vehicles + task.target - 1]),
-        pairs=() if end is None else _collisions(config, task, end),
-        distance=attempt.distance,
-        statuses=attempt.statuses,
-        injections=None if attempt.levels is None else attempt.levels.reshape(config.horizon, -1),
-        wall_s=time.perf_counter() - started,
-    )
-
-
-class _Attempt(NamedTuple):
-    levels: IntArray | None  # (m q,) of the accepted end
-    distance: float | None  # of it, else the smallest that was found
-    statuses: tuple[str, ...]
-
-
-def _approach(config: FdiConfig, task: Task, time_limit_s: float, acceptance: float) -> _Attempt:
-    """Grid speeds from the highest on, until an end lies near enough."""
-    steps, rows = config.horizon, [task.target - 1, config.num_vehicles + task.target - 1]
-    lifted, legal = lift(config, task.sensors), legal_rows(config, task.sensors, config.horizon)
-    ends, largest = lifted.errors[steps, rows], np.tile(lifted.levels, steps).astype(np.float64)
-    fastest_mps = _fastest_relaxed(config, task, legal, largest, acceptance)
-    statuses, best = [], None
+    columns = columns_of(config, task.sensors)
+    rows = [task.target - 1, config.num_vehicles + task.target - 1]
+    legal = stack([through(legal_rows(config, task.sensors, config.horizon), columns.transform), columns.rows])
+    ends = lift(config, task.sensors).errors[config.horizon, rows] @ columns.transform
+    start = None if plan is None else columns.inverse @ plan.reshape(-1).astype(np.float64)
+    settled = True
     for speed_mps in GRID_MPS:
-        if fastest_mps > speed_mps + acceptance:
-            continue
         goal = np.array([-config.desired_gap_m, speed_mps])
-        found = nearest(legal, largest, ends, goal, time_limit_s)
-        statuses.append(PROVED if found.status == OPTIMAL else found.status)
-        if found.columns is None:
+        found = _approach(
+            Program(np.zeros(ends.shape[1]), legal, -columns.bound, columns.bound), ends, goal, start, acceptance, nodes
+        )
+        if isinstance(found, bool):
+            settled = settled and found
             continue
-        levels: IntArray = np.rint(found.columns[:-1]).astype(np.int64)
-        if violation(legal, levels) > FEASIBLE:
-            continue
-        distance = float(np.hypot(*(ends @ levels - goal)))
-        if distance <= acceptance:
-            return _Attempt(levels, distance, tuple(statuses))
-        best = distance if best is None else min(best, distance)
-    return _Attempt(None, best, tuple(statuses))
+        levels: IntArray = np.rint(columns.transform @ found).astype(np.int64)
+        end = ends @ found
+        return GridEnd(task, True, (float(end[0]), float(end[1])), levels.reshape(config.horizon, -1))
+    return GridEnd(task, False if settled else None, None, None)
 
 
-def _fastest_relaxed(config: FdiConfig, task: Task, legal: Rows, levels: FloatArray, acceptance: float) -> float:
-    """The lowest e_v,t(m) near a collision without the resolution; inf where no collision is near."""
-    steps, target, gap_m = config.horizon, task.target - 1, config.desired_gap_m
-    near_collision = end_rows(config, task.sensors, steps, target, -gap_m - acceptance, -gap_m + acceptance)
-    cost = lift(config, task.sensors).errors[steps, config.num_vehicles + target]
-    found = solve(Program(cost, stack([legal, near_collision]), -levels, levels))
-    return np.inf if found.status == INFEASIBLE else found.objective
+def _approach(
+    program: Program, ends: FloatArray, goal: FloatArray, start: FloatArray | None, acceptance: float, nodes: int
+) -> FloatArray | bool:
+    """Whole variables (columns,) whose end is accepted; True: there are none, False: open."""
+
+    def accepted(point: FloatArray | None) -> bool:
+        if point is None or violation(program.rows, point) > FEASIBLE:
+            return False
+        return bool(np.hypot(*(ends @ point - goal)) <= acceptance)
+
+    if start is not None and accepted(start):
+        return start
+    around = _within(program, ends, goal, acceptance)
+    if solve(around).status == INFEASIBLE:
+        return True
+    inside = _within(program, ends, goal, acceptance * np.cos(np.pi / SIDES))
+    outcome = INFEASIBLE
+    for each in (inside, around):
+        found = solve(_whole(each), Limits(nodes=nodes), start)
+        outcome = found.status
+        if found.columns is not None and accepted(np.rint(found.columns)):
+            return np.rint(found.columns)
+        if outcome not in (INFEASIBLE, OPTIMAL):
+            return False
+    return outcome == INFEASIBLE
 
 
-def _collisions(config: FdiConfig, task: Task, end: FloatArray) -> tuple[tuple[int, float], ...]:
-    """Pairs (i, e_v,i) that collide at the end e(m) (2n,), the target always."""
+def _within(program: Program, ends: FloatArray, goal: FloatArray, radius: float) -> Program:
+    """The program with its end in the regular polygon around the goal whose sides are `radius` away."""
+    angles = np.arange(SIDES // 2) * 2 * np.pi / SIDES
+    sides = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    matrix, middle = sides @ ends, sides @ goal
+    matrix = sparse.csr_matrix(np.where(np.abs(matrix) < NEGLIGIBLE, 0.0, matrix))
+    drift = np.zeros((len(sides), program.rows.drift.shape[1]))
+    polygon = Rows(matrix, middle - radius, middle + radius, drift)
+    return Program(program.cost, stack([program.rows, polygon]), program.lower, program.upper)
+
+
+def _whole(program: Program) -> Program:
+    return Program(program.cost, program.rows, program.lower, program.upper, np.ones(len(program.cost), np.bool_))
+
+
+def collisions(config: FdiConfig, task: Task, plan: IntArray) -> tuple[int, ...]:
+    """The pairs that collide at the end of a plan (m, q), by their rear vehicle; the target always."""
     n = config.num_vehicles
-    collided = end[:n] <= -config.desired_gap_m + TOUCH_M
-    return tuple((i, float(end[n + i - 1])) for i in range(1, n + 1) if collided[i - 1] or i == task.target)
-
-
-SURROGATE_GAP = 0.03  # absolute, of the largest of the two distances, m and m/s
-
-
-def nearest(legal: Rows, levels: FloatArray, ends: FloatArray, goal: FloatArray, time_limit_s: float) -> Solution:
-    """The legal injections z (columns,), |z| <= levels, that bring y = ends @ z nearest to the goal; from rest.
-
-    y (2,) and the goal are e_x,t(m) in m and e_v,t(m) in m/s. HiGHS has no mixed-integer quadratic programs: it
-    minimises the larger of both distances instead, which is the last column.
-    """
-    size, free, one = len(levels), np.full(2, np.inf), np.ones((2, 1))
-    ends = np.where(np.abs(ends) < NEGLIGIBLE, 0.0, ends)
-    both = sparse.csr_matrix(np.vstack([np.hstack([ends, -one]), np.hstack([ends, one])]))
-    own = sparse.hstack([legal.matrix, sparse.csr_matrix((legal.matrix.shape[0], 1))])
-    rows = Rows(
-        sparse.vstack([own, both], "csr"),
-        np.concatenate([legal.lower, -free, goal]),
-        np.concatenate([legal.upper, goal, free]),
-        np.zeros((own.shape[0] + 4, legal.drift.shape[1])),
-    )
-    surrogate = Program(
-        np.eye(size + 1)[size], rows, np.append(-levels, 0.0), np.append(levels, np.inf), np.arange(size + 1) < size
-    )
-    return solve(surrogate, Limits(time_limit_s, relative_gap=0.0, absolute_gap=SURROGATE_GAP))
+    gaps_m = (lift(config, task.sensors).errors[config.horizon] @ plan.reshape(-1))[:n]
+    collided = gaps_m <= -config.desired_gap_m + TOUCH_M
+    return tuple(i for i in range(1, n + 1) if collided[i - 1] or i == task.target)
