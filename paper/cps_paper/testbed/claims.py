@@ -25,9 +25,10 @@ CLAIMS: Claims[Results] = Claims("claims_testbed")
 RULES = (
     "Rules. The paper has one run of each case, we have one for each seed. A velocity error: the mean over the seeds, "
     f"reproduced within {100 * SAME_SHARE:g} % of the paper's, near within {100 * NEAR_SHARE:g} %. Events that "
-    "the paper saw, events that never happen, and comparisons of two cases under the same seed: reproduced if so in all "
-    "runs, near in all but one, partly in some. A relative "
-    "reduction: reproduced within 5 % of the paper's. " + COMPARISON_RULE + RECOVERY_RULE
+    "the paper saw, events that never happen, and comparisons of two cases under the same seed: reproduced if so in "
+    "all runs, near in all but one, partly in some. A relative reduction: reproduced within 5 % of the paper's. "
+    + COMPARISON_RULE
+    + RECOVERY_RULE
 )
 
 
