@@ -85,7 +85,7 @@ REFUSED = [
             ("ch2", "--table", "2.2", "--recheck", "add --table claims"),
             ("ch3", "--table", "3.9", "3.7"),
             ("ch3", "--preset-set", "C", "A, B"),
-            ("ch3", "--time-limit", "0", "above 0"),
+            ("ch3", "--acceptance", "0", "above 0"),
             ("ch3", "--acceptance", "-1", "above 0"),
             ("ch4", "--table", "4.9", "4.8fig"),
             ("ch4", "--table", "4.1", "--recheck", "add --table claims"),

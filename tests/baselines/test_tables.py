@@ -103,7 +103,7 @@ def test_rule_of_the_attacked_target() -> None:
     assert {table: each.target_attacked for table, each in found.items()} == expected
     assert {table: each.cells for table, each in found.items()}[ALL_FOUR] == 120
     assert found["3.1"].relaxed is None
-    assert found["3.1"].one_horizon is None
+    assert found["3.1"].fast_attack == 15
 
 
 @pytest.mark.parametrize(("table", "percents"), [("4.1", (20, 40, 60, 80)), ("4.2", (2, 5, 10, 30))])
