@@ -19,7 +19,7 @@ from cps_paper.claims import (
 )
 from cps_paper.evidence import Experiment, Report, compute
 from cps_paper.exhibit import E, Exhibit, ExhibitTable
-from cps_paper.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
+from cps_paper.recheck import Again, Condition, again_document, again_summary, judge_again, recheck_document, with_again
 from cps_paper.verdicts import Check
 
 CLAIMS = "claims"  # the exhibit with everything that the text claims
@@ -213,6 +213,14 @@ class Reproduction(Generic[E]):
         """Counts of verdicts under other conditions, for JSON."""
         found = {name: again_document(each) for name, each in self.again.items()}
         return found.get("", found)
+
+    def rechecks(self) -> list[dict[str, Any]]:
+        """What became of the verdicts under each condition, by reading; empty without --recheck."""
+        return [
+            {"reading": " ".join(filter(None, (self.reading, name))), **recheck_document(self.findings[name], each)}
+            for name, every in self.again.items()
+            for each in every
+        ]
 
     def figures(self) -> Iterator[tuple[str, Any]]:
         """File names without suffix, and matplotlib figures.

@@ -90,12 +90,26 @@ def again_document(again: Sequence[Again]) -> dict[str, Any]:
     return {each.condition: {name: dict(counts) for name, counts in each.counts.items()} for each in again}
 
 
-def _summary(findings: Findings, again: Again) -> str:
+def recheck_document(findings: Findings, again: Again) -> dict[str, Any]:
+    """Under one condition: how many claims were judged, and what became of those whose verdict changes; for JSON."""
     judged = [(claim.id, finding.verdict) for claim, finding in findings if finding.verdict != UNKNOWN]
-    changed = [name for name, verdict in judged if again.differs(name, verdict)]
-    start = f"Judged again {again.condition}: {len(judged) - len(changed)} of {len(judged)} verdicts stay"
-    shown = (f"{name} {again.shown(name).removeprefix(f'{again.condition}: ')}" for name in changed)
-    return f"{start}. Changed: {'; '.join(shown)}." if changed else f"{start}."
+    changed = {
+        name: again.shown(name).removeprefix(f"{again.condition}: ")
+        for name, verdict in judged
+        if again.differs(name, verdict)
+    }
+    return {"condition": again.condition, "judged": len(judged), "changed": changed}
+
+
+def _summary(findings: Findings, again: Again) -> str:
+    found = recheck_document(findings, again)
+    judged, changed = found["judged"], found["changed"]
+    start = f"Judged again {again.condition}: {judged - len(changed)} of {judged} verdicts stay"
+    return f"{start}. Changed: {_listed(changed)}." if changed else f"{start}."
+
+
+def _listed(changed: Mapping[str, str]) -> str:
+    return "; ".join(f"{name} {shown}" for name, shown in changed.items())
 
 
 def _changes(name: str, verdict: str, again: Sequence[Again]) -> list[str]:

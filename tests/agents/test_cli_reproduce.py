@@ -37,7 +37,7 @@ PRINTED: Mapping[tuple[str, ...], Sequence[str]] = {
     ("ch3", "--table", "3.1", "--quick"): (
         "Table 3.1: n = 4, set A, m = 20",
         "1-2 -3.407",
-        "any  1.75 m/s",
+        "any 1.75 m/s",
         "Control rules",
         "Not reproducible: the individual speeds",
         "Not reproducible: the constants",

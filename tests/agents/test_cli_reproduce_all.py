@@ -34,6 +34,11 @@ class Chapter:
         verdict = "reproduced" if self.reading.choice == "S0" else "partly"
         return [tally(self.reading.name, CLAIMS, [("P01", verdict), ("P02", "near")]), tally("", CELLS, [])]
 
+    def rechecks(self) -> list[dict[str, Any]]:
+        if not self.reading.recheck:
+            return []
+        return [{"reading": self.reading.name, "condition": "at half", "judged": 2, "changed": {"P02": "partly"}}]
+
     def tables(self) -> Sequence[ExhibitTable]:
         return [ExhibitTable("A table", places("name", "verdict"), [("first", "near")])]
 
@@ -156,6 +161,23 @@ def test_a_single_reading_is_renewed_among_the_published_ones(
     after = json.loads(data.read_text(encoding="utf-8"))
     assert [each["reading"] for each in after] == [each["reading"] for each in before]
     assert [each["wall_s"] >= 0.0 for each in after] == [each["reading"] == "ch5" for each in before]
+
+
+def test_no_table_is_published_without_the_rechecks_that_it_had(
+    tmp_path: Path, chapters: Chapters, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = tmp_path / "docs" / "reproduction.md"
+    page.parent.mkdir()
+    page.write_text(f"{START}\n{END}\n", encoding="utf-8")
+    assert invoke(tmp_path / "out", "--reading", "ch5", "--publish", "--recheck").exit_code == 0
+    assert "| 5 | ch5 | at half | 1 of 2 | P02 partly |" in page.read_text(encoding="utf-8")
+    chapters.computed = []
+    refused = command_line.refusal("reproduce", "all", "--out", str(tmp_path / "new"), "--reading", "ch5", "--publish")
+    assert "ch5 are published as judged again" in refused
+    assert "add --recheck" in refused
+    assert chapters.computed == []
+    assert invoke(tmp_path / "out", "--reading", "ch4-qp", "--publish").exit_code == 0  # had none
 
 
 def test_the_published_tables_are_those_of_the_published_data() -> None:

@@ -95,7 +95,11 @@ class ChapterReading:
         return self.name
 
     def run(self, jobs: int = 1, report: Report = lambda share, label: None) -> Result:
-        """Compute it in so many processes: `document` (plain data), `text` (tables), `tallies`, `passed`, `wall_s`."""
+        """Compute it in so many processes.
+
+        The result has `document` (plain data), `text` (tables), `tallies`, `again` (what changes under the
+        conditions of --recheck), `passed` and `wall_s`.
+        """
         started = time.monotonic()
         found = self.compute(jobs, report)
         page = io.StringIO()
@@ -104,6 +108,7 @@ class ChapterReading:
             "document": json.loads(to_json(found.document())),
             "text": page.getvalue(),
             "tallies": [asdict(each) for each in found.tallies()],
+            "again": found.rechecks(),
             "passed": bool(found.passed),
             "wall_s": round(time.monotonic() - started, 1),
         }
@@ -120,6 +125,8 @@ class ChapterReading:
         result["text"].text()
         for tally in result["tallies"].rows():
             tally.entries()
+        for row in result["again"].rows():
+            row.entries()
         result["wall_s"].number(0)
 
     @property

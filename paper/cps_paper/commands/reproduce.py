@@ -28,7 +28,7 @@ from cps_paper.chapter import Reproduction
 from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
 from cps_paper.commands.readings import ChapterReading, chosen, draw, readings, render, write_sheets
-from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed
+from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed, refuse_older_rechecks
 from cps_paper.commands.summary import publish as put
 from cps_paper.evidence import Report as Told
 from cps_paper.figures import require_matplotlib
@@ -113,6 +113,8 @@ def everything(
         raise CommandError("nothing that was computed with --quick is published")
     every = readings(quick=quick, recheck=recheck)
     todo = chosen(every, only or [])
+    if publish and not recheck:
+        refuse_older_rechecks([each.name for each in todo], Path())
     machine = describe()
     summary = folder / "summary.json"
     with alone_in(folder):

@@ -20,6 +20,7 @@ from cps_paper.verdicts import VERDICTS
 Finished: TypeAlias = Mapping[str, Any]  # `chapter`, `reading`, `tallies`, `passed`, `wall_s`, ...
 COUNTED = ("chapter", "reading", "statements", *VERDICTS)
 DEPENDING = ("chapter", "claim", "verdicts")
+AGAIN = ("chapter", "reading", "judged again", "verdicts that stay", "changed")
 NONE = "-"
 
 
@@ -39,6 +40,21 @@ def depending(every: Sequence[Finished]) -> list[list[str]]:
         [chapter, name, "; ".join(f"{reading}: {verdict}" for reading, verdict in verdicts.items())]
         for chapter, name, verdicts in _claims(every)
         if len(set(verdicts.values())) > 1
+    ]
+
+
+def judged_again(every: Sequence[Finished]) -> list[list[str]]:
+    """A row for each reading and condition of --recheck, from the same run as the other tables."""
+    return [
+        [
+            f"{each['chapter']}",
+            row["reading"],
+            row["condition"],
+            f"{row['judged'] - len(row['changed'])} of {row['judged']}",
+            "; ".join(f"{name} {shown}" for name, shown in row["changed"].items()) or NONE,
+        ]
+        for each in every
+        for row in each["again"]
     ]
 
 
@@ -66,7 +82,22 @@ def _claims(every: Sequence[Finished]) -> Iterator[tuple[str, str, dict[str, str
 
 START = "<!-- the tables below are written by `cps-envs reproduce all --publish` -->"
 END = "<!-- the tables above are written by `cps-envs reproduce all --publish` -->"
-KEPT = ("chapter", "reading", "tallies", "passed", "wall_s", "recheck", "command")
+KEPT = ("chapter", "reading", "tallies", "again", "passed", "wall_s", "recheck", "command")
+PAGE, DATA = Path("docs") / "reproduction.md", Path("docs") / "reproduction.json"
+
+
+def refuse_older_rechecks(names: Sequence[str], root: Path) -> None:
+    """A table has to be published with the claims judged again where they were before: those would be older than it.
+
+    Raises:
+        CommandError: `names` are readings to be published without --recheck, and one of them has it.
+    """
+    for each in _published(root / DATA):
+        if (name := each["reading"].text()) in names and each["again"].rows():
+            raise CommandError(
+                f"the claims of {name} are published as judged again, which would be older than its table: "
+                "add --recheck, so that both come from one run"
+            )
 
 
 def publish(every: Sequence[Finished], root: Path, names: Sequence[str]) -> list[Path]:
@@ -78,7 +109,7 @@ def publish(every: Sequence[Finished], root: Path, names: Sequence[str]) -> list
         CommandError: no repository of this package.
         DamagedFileError: what is published is no list of readings.
     """
-    page, data = root / "docs" / "reproduction.md", root / "docs" / "reproduction.json"
+    page, data = root / PAGE, root / DATA
     text = read_text(page) if page.is_file() else ""
     if START not in text or END not in text:
         raise CommandError(f"{page} has no lines {START} and {END}: publish from the repository's folder")
@@ -106,6 +137,10 @@ def tables(every: Sequence[Finished]) -> str:
             "Claims whose verdict depends on the reading:",
             "",
             *Sheet("", DEPENDING, depending(every)).markdown(),
+            "",
+            "Claims judged again in the same run, under other conditions:",
+            "",
+            *Sheet("", AGAIN, judged_again(every)).markdown(),
             "",
         ]
     )

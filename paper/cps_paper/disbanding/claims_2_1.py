@@ -172,8 +172,8 @@ def longer_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """How long the rear vehicle stands, over the number of platoons."""
     records = [evidence[evidence.string(count)] for count in STRINGS]
     stops = [record.duration_s(record.speed_mps[:, -1] < STOP_MPS) for record in records]
-    hold = [above(later, earlier) for earlier, later in pairwise(stops)]
-    return Finding.of_cases(hold, f"rear vehicle stands {joined(stops)} s for N = {joined(list(STRINGS))}")
+    shown = f"rear vehicle stands {joined(stops)} s for N = {joined(list(STRINGS))}"
+    return Finding.of_comparisons(stops[1:], stops[:-1], shown)
 
 
 @CLAIMS.judges("P17", "P18", "P19")

@@ -42,11 +42,6 @@ def velocity_error(results: Results, claim: Claim) -> Finding:
     return Finding.of_number(mean, claim, shown)
 
 
-def above_each(larger: FloatArray, smaller: FloatArray) -> list[bool]:
-    """Whether each value is clearly above the one of the same seed."""
-    return [above(one, other) for one, other in zip(larger, smaller, strict=True)]
-
-
 def deviation(values: FloatArray) -> float:
     """Standard deviation of a sample; 0 of a single value."""
     return float(values.std(ddof=1)) if len(values) > 1 else 0.0
@@ -83,8 +78,7 @@ def closer(results: Results, claim: Claim) -> Finding:
     """Smallest gaps of both mitigations under the same seed."""
     short, long = (results.of(case).metrics["smallest_gap_m"] for case in (SHORT, LONG))
     shown = f"{long.mean():.3f} m against {short.mean():.3f} m; in {_count(long < short)} seeds"
-    hold = above_each(short, long)
-    return Finding.of_cases(hold, shown)
+    return Finding.of_comparisons(short.tolist(), long.tolist(), shown)
 
 
 @CLAIMS.judges("T10")
@@ -101,10 +95,11 @@ def falls(results: Results, claim: Claim) -> Finding:
 def smoother(results: Results, claim: Claim) -> Finding:
     """Root mean square of the accelerations, against the baseline under the same seed."""
     base, *mitigated = (results.of(case).metrics["rms_acceleration_mps2"] for case in CASES)
-    hold = np.concatenate([above_each(base, values) for values in mitigated])
+    rougher, smoother = np.tile(base, len(mitigated)), np.concatenate(mitigated)
+    hold = np.array([above(*pair) for pair in zip(rougher, smoother, strict=True)])
     changes = joined([100.0 * (float(values.mean() / base.mean()) - 1.0) for values in mitigated])
     shown = f"rms acceleration {changes} % at t_s = 0.5 / 1 s; in {_count(hold)} runs"
-    return Finding.of_cases(hold.tolist(), shown)
+    return Finding.of_comparisons(rougher.tolist(), smoother.tolist(), shown)
 
 
 @CLAIMS.judges("T12")
