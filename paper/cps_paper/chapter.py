@@ -180,12 +180,12 @@ class Reproduction(Generic[E]):
 
     def tables(self) -> list[ExhibitTable]:
         """For readers."""
-        return [table for each in self.exhibits for table in self._tables(each)]
+        return [table for each in self.exhibits for table in self.tables_of(each)]
 
     def sheets(self) -> Iterator[tuple[str, str]]:
         """File names without suffix, and the tables as comma-separated values."""
         for each in self.exhibits:
-            for k, table in enumerate(self._tables(each), 1):
+            for k, table in enumerate(self.tables_of(each), 1):
                 yield f"{each.name}-{k}", table.sheet.csv
 
     def closing(self) -> list[str]:
@@ -232,7 +232,8 @@ class Reproduction(Generic[E]):
             for name, draw in each.figures.items():
                 yield name, draw(self.evidence)
 
-    def _tables(self, exhibit: Exhibit[E]) -> Sequence[ExhibitTable]:
+    def tables_of(self, exhibit: Exhibit[E]) -> Sequence[ExhibitTable]:
+        """Those of one part, for readers."""
         judged = self.chapter.judged
         if judged is not None and exhibit.name == CLAIMS:
             return [findings_table(self.findings, judged.rules)]

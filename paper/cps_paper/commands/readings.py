@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import json
 import time
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -48,6 +49,29 @@ def render(console: Console, found: Reproduction[Any]) -> None:
     for paragraph in found.closing():
         console.print(paragraph, markup=False)
         console.print()
+
+
+AGREEMENT = {"match": "green", "near": "yellow", "miss": "red", "put in": "dim"}
+COUNTS = (
+    "match: cells that match and claims that are reproduced; near: cells that are near and claims that hold in part; "
+    "put in: by construction, or not evaluated; -: nothing of this table is judged.",
+)
+
+
+def summarize(console: Console, found: Reproduction[Any]) -> None:
+    """Print a line for each table with how often it agrees, then what is not reproduced and why."""
+    rows = []
+    for exhibit in found.exhibits:
+        for table in found.tables_of(exhibit):
+            verdicts = Counter(COLORS[cell] for row in table.rows for cell in row if cell in COLORS)
+            counts = (str(verdicts[color]) if verdicts else "-" for color in AGREEMENT.values())
+            rows.append([exhibit.name, table.title, *counts])
+    title = f"{found.chapter.title}, {found.reading}".capitalize()
+    console.print(Sheet(title, ["part", "table", *AGREEMENT], rows, left=2, caption=COUNTS))
+    for paragraph in found.closing():
+        console.print(paragraph, markup=False)
+        console.print()
+    console.print("Add --all for every table in full; name a part, or a number of the dissertation, for one.")
 
 
 def draw(found: Reproduction[Any], folder: Path) -> list[Path]:

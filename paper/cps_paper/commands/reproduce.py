@@ -16,6 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.arena.store import Store
+from cps_agents.cli import Commands
 from cps_agents.commands.options import Html
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
@@ -27,8 +28,9 @@ from cps_agents.sheet import Sheet
 from cps_paper.chapter import Reproduction
 from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
-from cps_paper.commands.readings import ChapterReading, chosen, draw, readings, render, write_sheets
+from cps_paper.commands.readings import (ChapterReading, chosen, draw, readings, render, summarize, write_sheets)
 from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed, refuse_older_rechecks
+from cps_paper.commands.numbers import by_number
 from cps_paper.commands.summary import publish as put
 from cps_paper.evidence import Report as Told
 from cps_paper.figures import require_matplotlib
@@ -39,6 +41,7 @@ Sheets = Annotated[
     Path | None, typer.Option("--csv", metavar="DIR", help="Write the tables to this folder, as CSV files.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else on stdout.")]
+Whole = Annotated[bool, typer.Option("--all", help="Print every table in full, also where no part is named.")]
 
 REGRESSION = 1  # exit code
 PERCENT = 100
@@ -53,8 +56,11 @@ def show(
     sheets: Path | None,
     html: Path | None,
     as_json: bool,
+    whole: bool,
 ) -> None:
     """Compute with so many processes, reporting progress; print; write figures, tables and a page into folders.
+
+    What is printed are all tables, or without `whole` how often each of them agrees with the paper.
 
     Raises:
         MissingExtraError: figures are wanted and matplotlib is not installed; nothing has been computed yet.
@@ -73,8 +79,10 @@ def show(
         files.append(write_report(Report(sheets=[table.sheet for table in found.tables()], title=title), html))
     if as_json:
         print_json({**found.document(), "files": list(map(str, files)), "wall_s": wall_s, **describe()})
-    else:
+    elif whole:
         render(out(), found)
+    else:
+        summarize(out(), found)
     written = f" Written: {', '.join(map(str, files))}" if files else ""
     err().print(f"{wall_s:.0f} s.{written}{undrawn}", soft_wrap=True)
     if not found.passed:
@@ -153,12 +161,23 @@ def _finish(todo: Sequence[ChapterReading], store: Store, jobs: int | None, fold
         yield {"chapter": reading.chapter, "reading": reading.name, "recheck": reading.recheck, **result}
 
 
-app = typer.Typer(no_args_is_help=True)
+class Numbered(Commands):
+    """The commands of the chapters, also found by the number of a table or figure."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is asked for."""
+        return super().resolve_command(ctx, by_number(args))
+
+
+app = typer.Typer(cls=Numbered, no_args_is_help=True)
 
 
 @app.callback()
 def reproduce() -> None:
-    """Compute the tables, figures and claims of a chapter and put them beside what the paper prints."""
+    """Compute the tables, figures and claims of a chapter and put them beside what the paper prints.
+
+    A table or figure can be asked for by its number in the dissertation: `cps-envs reproduce 4.2`, `fig 5.6`.
+    """
 
 
 def command_of(command: Command) -> Callable[..., None]:
@@ -170,6 +189,7 @@ def command_of(command: Command) -> Callable[..., None]:
         parts = chapter.chosen(named, quick=quick, recheck=recheck, option=f"--{command.part_option}")
         chapter.evidence(quick=quick, **others)  # wrong options are told before anything else
         compute = partial(chapter.reproduce, parts, quick=quick, recheck=recheck, **others)
+        shared["whole"] = shared["whole"] or bool(named) or not command.parts
         show(chapter.title, lambda jobs, report: compute(jobs=jobs, report=report), **shared)
 
     parameters = _parameters(command)
@@ -208,6 +228,7 @@ SHARED = {
     "sheets": (None, Sheets),
     "html": (None, Html),
     "as_json": (False, AsJson),
+    "whole": (False, Whole),
 }
 KEYWORD = inspect.Parameter.KEYWORD_ONLY
 for each in COMMANDS:

@@ -108,23 +108,24 @@ def _row_cells(evidence: HvacEvidence, table: str, percent: int, used: int) -> t
 
 def errors_table(evidence: HvacEvidence, table: str) -> ExhibitTable:
     """Table 4.1 or 4.2, a row per condition and source."""
-    noise = table == "4.1"
-    mean = Column("mean", lambda row: (row.paper, row.ours), "{:.2f}/{:.2f}")
-    median = Column("mean", lambda row: (row.paper, row.ours, *row.spread), "{:.2f}/{:.2f} ({:.1f}-{:.1f})")
+    noise, rows = table == "4.1", table_rows(evidence, table)
     columns = (
-        Column("noise" if noise else "A", "percent", "{} %" if noise else "±{} %"),
-        Column("from", _source),
+        Column("noise" if noise else "off by", "percent", "{} %"),
+        Column("sensors", lambda row: row.sensors_used or "read"),
         *across(range(1, 5), "zone {}".format, _zone, "{:.2f}/{:.2f}"),
-        mean if noise else median,
+        Column("mean", lambda row: (row.paper, row.ours), "{:.2f}/{:.2f}"),
         Column("verdict", "verdict"),
     )
-    average = "mean" if noise else "median, in brackets the quartiles,"
+    over = f"mean over {TABLE_DAYS[table]} days" if noise else f"median over {TABLE_DAYS[table]} buildings"
+    spread = ", ".join(f"{row.percent} % {row.spread[0]:.1f} to {row.spread[1]:.1f}" for row in _using(rows, 0))
     notes = (
-        f"Mean absolute tracking error in °C, paper/ours: {average} over {TABLE_DAYS[table]} "
-        + ("days." if noise else "buildings whose A_c is off by up to so much, without noise."),
+        f"Mean absolute tracking error in °C, paper/ours: {over}.",
+        "sensors: as many of them as the estimate takes; read: the readings themselves, without an estimate.",
+        *([] if noise else ["off by: how far A_c may be from the building's, at most; without noise."]),
+        *([] if noise else [f"The middle half of our buildings, mean from readings: {spread} °C."]),
         f"Verdict of the zone mean. {CELL_RULES}",
     )
-    return ExhibitTable(f"Table {table}", columns, table_rows(evidence, table), notes, left=2, grouped=1)
+    return ExhibitTable(f"Table {table}", columns, rows, notes, left=2, grouped=1)
 
 
 def errors_data(evidence: HvacEvidence, table: str) -> list[dict[str, Any]]:
@@ -134,10 +135,6 @@ def errors_data(evidence: HvacEvidence, table: str) -> list[dict[str, Any]]:
         for row in table_rows(evidence, table)
         for cell in row.cells
     ]
-
-
-def _source(row: TemperatureRow) -> str:
-    return f"{row.sensors_used} sensor{'s' * (row.sensors_used > 1)}" if row.sensors_used else "readings"
 
 
 def _zone(row: TemperatureRow, zone: int) -> tuple[float, float]:
