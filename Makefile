@@ -81,7 +81,7 @@ screenshots: $(BROWSER) demo ## pictures of the report for the site, into docs/i
 	$(BIN)/python -m tools.pages.screenshots build/extra/demo/index.html rogue/contested/monitor docs/images
 
 demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
-	$(BIN)/cps-envs report --quick --episodes 20 --out build/extra/demo
+	$(BIN)/cps-envs report --quick --out build/extra/demo
 
 train: $(ALL) ## make every shipped network anew (hours; goes on where it stopped); ARGS=--dry-run lists the commands
 	@sed -n 's/^  "command": "\(cps-envs .*\)",$$/\1/p' $(ZOO)/*.json | sort -ru | while read -r command; do \

@@ -173,7 +173,13 @@ def test_a_league_and_a_chapter_write_the_same_page(tmp_path: Path) -> None:
     (board,) = content_of(tmp_path / "page" / "index.html")["boards"]
     (take,) = board["cells"][0][0]["takes"]
     assert (tmp_path / "page" / "episodes" / f"{take['key']}.js").is_file()
-    assert board["value"] is not None
+    assert board["value"] is None
+    assert "20 episodes" in board["few"]  # two are too few for the value of a game, and for intervals
+    assert {each["low"] for each in board["cells"][0][0]["metrics"].values()} == {None}
+    succeeded("league", "rogue", *VENUE, *pair[:4], "--episodes", "20", "--jobs", "1", *places[2:], "--fresh")
+    (board,) = content_of(tmp_path / "page" / "index.html")["boards"]
+    assert board["value"]["low"] < board["value"]["mean"] < board["value"]["high"]
+    assert not board["few"]
     succeeded("reproduce", "testbed", "--quick", "--jobs", "1", "--html", str(tmp_path / "ch"))
     sheets = content_of(tmp_path / "ch" / "index.html")["sheets"]
     assert all(len(row) == len(sheet["headings"]) for sheet in sheets for row in sheet["rows"])

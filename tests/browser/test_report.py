@@ -110,6 +110,13 @@ def test_it_shows_matrix_curves_and_paper(page: Any) -> None:
     assert page.locator("#paper td.good").text_content() == "reproduced"
 
 
+def test_it_begins_at_its_top_with_a_pair_to_watch(page: Any) -> None:
+    assert page.locator(".pair").count() == 1
+    assert page.locator(".cell[aria-pressed=true]").count() == 1
+    assert page.evaluate("[scrollY, location.hash]") == [0, ""]
+    assert page.get_by_text("Click a cell to watch its episodes").count() == 1
+
+
 def test_columns_and_rows_sort(page: Any) -> None:
     button = page.locator('[data-sort="rows name"]')
     button.click()
@@ -232,7 +239,7 @@ def test_every_text_may_be_hostile(browser: Any, page_file: Path, tmp_path: Path
     assert page.locator("#paper td").all_text_contents() == content["sheets"][0]["rows"][0][1:]
     assert page.locator("button.cell").count() == 4
     assert page.locator("#learning polyline").count() == 1
-    assert page.evaluate("document.scripts.length") == 2  # its own; each episode adds one
+    assert page.evaluate("document.scripts.length") == 3  # its own two, and the episode that is open
     for cell in page.locator("button.cell").all():
         cell.click()
         page.get_by_text("This episode cannot be shown").first.wait_for()  # its file is not beside this page

@@ -37,7 +37,7 @@ from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.types import Role
 
-EPISODES, QUICK_EPISODES, QUICK_PLAYERS = 10, 2, 3
+EPISODES, QUICK_PLAYERS = 20, 3
 
 
 def report(
@@ -47,9 +47,7 @@ def report(
     preset: Preset = None,
     config: Config = None,
     overrides: Changes = None,
-    episodes: Annotated[
-        int | None, typer.Option(min=1, max=MOST, help="Of each pair; default: 10, with --quick 2.")
-    ] = None,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Play so many episodes of each pair.")] = EPISODES,
     replays: Annotated[int, typer.Option(min=0, help="Episodes of each pair that can be watched.")] = 1,
     runs: Annotated[
         list[Path] | None, typer.Option(metavar="DIR", help="Learning curves of training runs; may be repeated.")
@@ -75,21 +73,20 @@ def report(
     require("scipy", extra="baselines", purpose="a report")
     curves, sheets = read_curves(runs or []), read_sheets(paper or [])
     references: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
-    names, count = problems or list(PROBLEMS), episodes or (QUICK_EPISODES if quick else EPISODES)
     venues = []
-    for name in names:
+    for name in problems or list(PROBLEMS):
         found = find_problem(name)
         chosen, values = described(found, preset, config, overrides)
         venues.append(Venue(name, chosen or found.usual_preset, values))
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
-        tables = [asked(venue, references, count) for venue in venues]
+        tables = [asked(venue, references, episodes) for venue in venues]
         boards = [_board(each, references, store, cores, kept, QUICK_PLAYERS if quick else None) for each in tables]
         with Progress("episodes to watch", 1) as progress:
             page = write_report(Report(boards, replays, curves, sheets), folder, cores, progress.report)
     missing = sum(board.missing for board in boards)
     unplayed = f" {missing} pairs have not been played and are marked." if missing else ""
-    note(f"Written: {page}.{unplayed}")
+    note(f"Written: {page}.{unplayed}" + ("" if serve else " Open it in a browser; --serve does."))
     if serve:
         serve_folder(folder)
 

@@ -15,7 +15,7 @@ import numpy as np
 from cps_agents.arena.admission import LONGEST_NAME
 from cps_agents.arena.meeting import Meeting, Result, attempt
 from cps_agents.arena.play import Report, silent
-from cps_agents.arena.statistics import estimate
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Pair, Table
 from cps_agents.catalogue import policies
@@ -29,9 +29,12 @@ from cps_envs import find_problem
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.policies.lookup import parsed
-from cps_envs.core.types import ROLES, Role
+from cps_envs.core.types import ROLES, FloatArray, Role
 
 DIGITS = 6  # significant, of numbers on the page
+VALUED = 20  # episodes of a pair from which the value of the game is stated
+BOUNDED = 5  # and those from which a mean has an interval: of fewer it would reach beyond what a return can be
+FEW = f"The value of the game and its mixtures are shown from {VALUED} episodes of each pair on: see --episodes."
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,8 @@ def file_key(problem: str, row: int, column: int, seed: int) -> str:
 def document(board: Board, takes: Mapping[Pair, Sequence[Take]]) -> dict[str, Any]:
     """Everything but the episodes, as plain data."""
     table, problem = board.table, board.problem
-    shares = _shares(board.league)
+    few = FEW if board.league is not None and table.episodes < VALUED else ""
+    shares = {} if few else _shares(board.league)
     return {
         "name": problem.name,
         "title": problem.name.capitalize() if len(problem.name) > 4 else problem.name.upper(),
@@ -122,7 +126,8 @@ def document(board: Board, takes: Mapping[Pair, Sequence[Take]]) -> dict[str, An
         "overrides": {name: str(value) for name, value in table.venue.overrides.items()},
         "episodes": table.episodes,
         "missing": board.missing,
-        "value": _value(board.league),
+        "value": None if few else _value(board.league),
+        "few": few,
         "attackers": _players(board, "attacker", shares),
         "defenders": _players(board, "defender", shares),
         "left_out": [
@@ -176,12 +181,17 @@ def _cell(board: Board, pair: Pair, takes: Sequence[Take]) -> dict[str, Any] | s
     values = {name: np.asarray(each, np.float64) for name, each in result["metrics"].items()}
     return {
         "metrics": {
-            name: {**_interval(estimate([each[None]])), "values": [_short(value) for value in each.tolist()]}
+            name: {**_interval(_estimate(each)), "values": [_short(value) for value in each.tolist()]}
             for name, each in values.items()
             if np.isfinite(each).all()
         },
         "takes": [{"seed": take.seed, "key": take.key} for take in takes],
     }
+
+
+def _estimate(values: FloatArray) -> Estimate:
+    found = estimate([values[None]])
+    return found if len(values) >= BOUNDED else replace(found, low=None, high=None)
 
 
 def _interval(found: Any) -> dict[str, float | None]:

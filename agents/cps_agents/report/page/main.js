@@ -6,11 +6,12 @@ const open = { pair: null };
 
 function makeBoard(board) {
   const place = make("div", { class: "place" });
-  const matrix = makeMatrix(board, (i, j, metric) => {
+  const matrix = makeMatrix(board, (i, j, metric, asked) => {
     open.pair?.stop();
     open.pair = makePair(board, i, j, metric);
     document.querySelectorAll(".place").forEach((each) => each.replaceChildren());
     place.replaceChildren(open.pair.root);
+    if (!asked) return; // the page opens with a pair, and stays at its top
     history.replaceState(null, "", `#${address(board, i, j)}`);
     place.scrollIntoView({ behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth", block: "nearest" });
   });
@@ -23,6 +24,7 @@ function makeBoard(board) {
     makeRefused(board),
     board.missing ? make("p", { class: "notice" }, `${board.missing} of ${board.attackers.length * board.defenders.length} pairs have not been played. ` +
       "The others are shown. The same command without --kept plays the rest.") : null,
+    board.few ? make("p", { class: "notice" }, board.few) : null,
     board.value ? make("p", { class: "value" }, "Value of the game: ", make("b", {}, number(board.value.mean, 4)),
       board.value.low === null ? "" : ` (${interval(board.value)})`, board.unit ? ` ${board.unit}` : "",
       ". What the attacker is paid when both sides draw from their best mixtures, shown as “plays” beside the names.") : null,
@@ -82,6 +84,7 @@ if (content.curves.length) main.append(makeLearning(content.curves));
 if (content.sheets.length) main.append(makePaper(content.sheets, content.about_sheets));
 document.getElementById("foot").append(make("p", {}, content.foot));
 const asked = decodeURIComponent(location.hash.slice(1));
+if (!asked.includes("/")) boards.find(({ matrix }) => matrix.first());
 for (const { matrix, board } of boards) {
   const pairs = board.cells.flatMap((row, i) => row.map((cell, j) => [i, j, cell]));
   const wanted = asked.includes("/") && pairs.find(([i, j, cell]) => cell.metrics && decodeURIComponent(address(board, i, j)) === asked);

@@ -59,7 +59,7 @@ function makeMatrix(board, open) {
     const foot = make("tr", {}, header("columns", "sum", { name: "most", about: "What the defender concedes at most, over all attackers." }, { scope: "row", class: "sum" }),
       columns.map((j) => make("td", { class: "sum" }, number(most(j)))), make("td", { class: "sum" }));
     table.replaceChildren(make("thead", {}, head), make("tbody", {}, body, foot));
-    caption.textContent = `Mean of ${board.episodes} episodes and its 95 % interval${state.metric === "return" && board.unit ? `, in ${board.unit}` : ""}. ` +
+    caption.textContent = `Click a cell to watch its episodes. Mean of ${board.episodes} episodes and its 95 % interval${state.metric === "return" && board.unit ? `, in ${board.unit}` : ""}. ` +
       "▲ best attacker against this defender, ▼ best defender against this attacker. The fuller the bar, the more.";
   }
 
@@ -81,13 +81,21 @@ function makeMatrix(board, open) {
     }, make("b", {}, number(found.mean), make("i", {}, marks)), make("small", {}, interval(found))));
   }
 
-  function choose(i, j) {
+  function choose(i, j, asked = true) {
     state.chosen = [i, j];
     draw();
     state.at = table.querySelector(".cell[aria-pressed=true]").dataset.at.split(" ").map(Number);
     draw();
-    focusCell();
-    open(i, j, state.metric);
+    if (asked) focusCell();
+    open(i, j, state.metric, asked);
+  }
+
+  /** Open the first pair that has played, as nobody has asked for one; whether there is such a pair. */
+  function first() {
+    const pairs = order(board.attackers, state.rows, least).flatMap((i) => order(board.defenders, state.columns, most).map((j) => [i, j]));
+    const found = pairs.find(([i, j]) => board.cells[i][j].metrics);
+    if (found) choose(...found, false);
+    return Boolean(found);
   }
 
   function focusCell() {
@@ -112,6 +120,7 @@ function makeMatrix(board, open) {
     root: make("div", {}, make("div", { class: "bar" }, make("label", {}, "Show ", select)),
       make("div", { class: "scroll", tabindex: -1 }, table), caption),
     choose,
+    first,
   };
 }
 
