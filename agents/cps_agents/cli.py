@@ -19,6 +19,7 @@ from cps_agents.errors import explain
 from cps_agents.interruption import ending, exit_code
 
 WRONG_INPUT = 2
+TRUST = "--trust"
 HELP = {"help_option_names": ["-h", "--help"]}
 
 
@@ -164,11 +165,23 @@ def told(ctx: Any, advice: Callable[[], str]) -> Iterator[None]:
         _say(f"Interrupted. {advice()}".strip())
         raise typer.Exit(exit_code(error)) from None
     except Exception as error:
+        _name_choices(error)
         message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
         if message is None:
             raise
         _say(f"[bold red]Error:[/] {_escaped(message)}")
         raise typer.Exit(WRONG_INPUT) from error
+
+
+def _name_choices(error: Exception) -> None:
+    """Let the command-line library's error about a missing argument say what may be written there."""
+    missing = getattr(getattr(error, "param", None), "name", None)
+    if missing == "problem":
+        from cps_envs import PROBLEMS
+
+        error.message = f"Problems: {', '.join(PROBLEMS)}."  # type: ignore[attr-defined]
+    elif missing == "role":
+        error.message = "Roles: attacker, defender."  # type: ignore[attr-defined]
 
 
 def _say(line: str) -> None:
@@ -208,6 +221,14 @@ class Everything(Commands):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.commands = {name: Deferred(name, entry) for name, entry in COMMANDS.items()}
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """The arguments; --trust may also stand behind the command."""
+        trusting = TRUST in args[: args.index("--")] if "--" in args else TRUST in args
+        found: list[str] = super().parse_args(
+            ctx, [TRUST, *(each for each in args if each != TRUST)] if trusting else args
+        )
+        return found
 
     def list_commands(self, ctx: Any) -> list[str]:
         """The names of all commands."""
@@ -254,7 +275,7 @@ app = typer.Typer(cls=Everything, no_args_is_help=True, pretty_exceptions_show_l
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of every error.")] = False,
     trusting: Annotated[
-        bool, typer.Option("--trust", callback=_agree, help="Allow module:attribute and sb3:FILE, which run code.")
+        bool, typer.Option(TRUST, callback=_agree, help="Allow module:attribute and sb3:FILE, which run code.")
     ] = False,
     show_version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")

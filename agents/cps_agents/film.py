@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from cps_agents.arena.meeting import Meeting
+from cps_agents.arena.table import RETURN
 from cps_agents.console import err, note, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 from cps_agents.files import replacing, write_text
@@ -34,8 +35,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def show_meeting(meeting: Meeting, film: Film | None, record: Path | None, as_json: bool) -> None:
-    """Play a meeting, filming or recording its first episode, and print the metrics.
+def show_meeting(
+    meeting: Meeting, film: Film | None, record: Path | None, as_json: bool, explain: bool = False
+) -> None:
+    """Play a meeting, filming or recording its first episode, and print the metrics; `explain` says what they are.
 
     Raises:
         CommandError: both are asked for.
@@ -51,7 +54,12 @@ def show_meeting(meeting: Meeting, film: Film | None, record: Path | None, as_js
     if as_json:
         print_json(_document(heading, seed, outcome))
     else:
-        _print(out(), heading, seed, outcome)
+        units = {RETURN: problem.unit if game.objective is None else ""}
+        units |= {name: said.unit for name, said in game.measures.items()}
+        _print(out(), heading, seed, outcome, units)
+        if explain:
+            meant = [(name, game.measures[name].says) for name in outcome if name in game.measures]
+            out().print(Sheet("What the metrics say", ("Metric", "meaning"), meant, left=2))
         unit = f", in {problem.unit}" if problem.unit and game.objective is None else ""
         paid = " + ".join(game.payoff_parts) if game.objective is None else game.objective.formula
         out().print(f"The return is what the attacker is paid{unit}: {paid}.", markup=False)
@@ -83,7 +91,7 @@ def _play(
     for said in filter(None, map(report, match.players.values())):
         note(f"Note: {said}.")
     metrics = {name: np.array(values) for name, values in match.game.metrics().items()}
-    return {"return": payoff, **metrics}, match.game
+    return {RETURN: payoff, **metrics}, match.game
 
 
 def _document(heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array]) -> dict[str, Any]:
@@ -95,20 +103,22 @@ def _document(heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array
     return {**heading, "config": asdict(heading["config"]), "episodes": episodes, "mean": mean}
 
 
-def _print(console: Console, heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array]) -> None:
+def _print(
+    console: Console, heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array], units: Mapping[str, str]
+) -> None:
     console.print(
         f"[bold]{heading['problem']}[/] (preset {heading['preset']}): "
         f"attacker [bold]{heading['attacker']}[/] against defender [bold]{heading['defender']}[/]"
     )
     count = len(outcome["return"])
-    numbers = [(name, *map(_number, values)) for name, values in outcome.items()]
-    console.print(Sheet("", ("Metric", *(f"seed {seed + b}" for b in range(count))), numbers))
+    numbers = [(name, units.get(name, ""), *map(_number, values)) for name, values in outcome.items()]
+    console.print(Sheet("", ("Metric", "unit", *(f"seed {seed + b}" for b in range(count))), numbers, left=2))
     if count > 1:
         rows = [
-            (name, *map(_number, (values.mean(), values.std(), values.min(), values.max())))
+            (name, units.get(name, ""), *map(_number, (values.mean(), values.std(), values.min(), values.max())))
             for name, values in outcome.items()
         ]
-        console.print(Sheet(f"{count} episodes", ("Metric", "mean", "deviation", "min", "max"), rows))
+        console.print(Sheet(f"{count} episodes", ("Metric", "unit", "mean", "deviation", "min", "max"), rows, left=2))
 
 
 def _number(value: float) -> str:

@@ -12,6 +12,7 @@ from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import pack, records
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
+from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -47,6 +48,7 @@ class DisbandingGame(Game):
     """
 
     name = "disbanding"
+    measures: ClassVar[Mapping[str, Measure]] = measures_of(Metrics)
     adapters: ClassVar[Adapters] = {
         "attacker": {"timed": Timed},
         "defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad, "parts_road": PartsRoad},

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, records, unpack, view
+from cps_envs.core.declare.measures import Measure
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.state import Constants, State
 
@@ -15,24 +16,34 @@ from cps_envs.disbanding.state import Constants, State
 class Metrics(NamedTuple):
     """What is known of an episode so far; a batch has them as `core.compute.kernels.records`, (B,)."""
 
-    velocity_error_all: float  # percent, (2.8) over all vehicles
-    velocity_error_intact: float  # percent, (2.8) over the vehicles of platoons never disbanded
-    velocity_error_intact_now: float  # percent, (2.8) over the vehicles intact at each step
-    collided: float  # vehicles involved in a collision
-    collided_intact: float  # of these, the ones whose platoon was intact then
-    first_collision_s: float  # s, -1 if none
-    stopped_share: float  # percent of the vehicles of platoons never disbanded that stopped at least once
-    collision_penalty: float  # points of E_v, for intact vehicles involved in collisions, scaled by 100 / M
-    end_charge: float  # points of E_v, the rest of an episode ended by a collision at 100 %
-    disbanded_platoons: float  # how many; not paid
+    velocity_error_all: Annotated[float, Measure("%", "(2.8): error of the speed over all vehicles")]
+    velocity_error_intact: Annotated[
+        float, Measure("%", "(2.8) over the vehicles of platoons that were never disbanded")
+    ]
+    velocity_error_intact_now: Annotated[float, Measure("%", "(2.8) over the vehicles that are intact at each step")]
+    collided: Annotated[float, Measure("", "vehicles that took part in a collision")]
+    collided_intact: Annotated[float, Measure("", "of these, the ones whose platoon was intact then")]
+    first_collision_s: Annotated[float, Measure("s", "time of the first collision; -1 if there was none")]
+    stopped_share: Annotated[float, Measure("%", "vehicles of never disbanded platoons that stopped at least once")]
+    collision_penalty: Annotated[
+        float, Measure("%", "charge for intact vehicles in collisions, in points of velocity error")
+    ]
+    end_charge: Annotated[float, Measure("%", "charge for the rest of an episode that a collision ended, at 100 %")]
+    disbanded_platoons: Annotated[float, Measure("", "platoons that were disbanded; not paid")]
     # With report="safety":
-    smallest_gap_m: float  # m, ahead of an intact vehicle so far, at the control periods
-    false_alarms: float  # percent of vehicles and time corrected with no disbanded platoon ahead
+    smallest_gap_m: Annotated[float, Measure("m", "smallest gap ahead of an intact vehicle, at control periods")]
+    false_alarms: Annotated[float, Measure("%", "vehicles and time corrected with no disbanded platoon ahead")]
     # With report="full", of the vehicles intact at each moment:
-    acceleration_mps2: float  # m/s2, root mean square
-    jerk_mps3: float  # m/s3, root mean square of the changes of acceleration within 0.1 s
-    energy_kj_per_km: float  # kJ/km, traction by the model of `ride`
-    recovery_s: float  # s from the first attack until all keep within 10 % of v_d; so far, while they do not
+    acceleration_mps2: Annotated[float, Measure("m/s²", "root mean square over intact vehicles")]
+    jerk_mps3: Annotated[
+        float, Measure("m/s³", "root mean square of changes of acceleration within 0.1 s, over intact vehicles")
+    ]
+    energy_kj_per_km: Annotated[
+        float, Measure("kJ/km", "traction, by the model of report = full, over intact vehicles")
+    ]
+    recovery_s: Annotated[
+        float, Measure("s", "from the first attack until all keep within 10 % of v_d; so far, while they do not")
+    ]
 
 
 MEASURED = {  # how many of them each `report` has

@@ -12,6 +12,7 @@ from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import records, view
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
+from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -54,6 +55,7 @@ class FdiGame(Game):
     """
 
     name = "fdi"
+    measures: ClassVar[Mapping[str, Measure]] = measures_of(Metrics)
     adapters: ClassVar[Adapters] = {
         "attacker": {"motion": Motion},
         "defender": {"sensor": Sensor},

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from cps_envs.core.compute.kernels import inlined
+from cps_envs.core.declare.measures import Measure
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.state import Constants, State
@@ -14,26 +15,38 @@ from cps_envs.fdi.state import Constants, State
 class Metrics(NamedTuple):
     """What is measured in an episode so far; marks are 0 or 1."""
 
-    impact_speed_mps: float  # what the attacker is paid at the end: of the target pair, or of any pair
-    alarm_cost_mps: float  # paid for replaced readings so far
-    correction_cost_mps: float  # paid for corrections so far
-    worst_impact_mps: float  # fastest collision of any pair
-    collided_target: float  # 1 when the target hit the vehicle ahead
-    collided_pairs: float  # pairs that collided in the last step
-    illegal: float  # 1 when an illegal injection, or a state without a legal one, ended the episode
-    time_s: float  # since the start
-    injected_share: float  # of all readings so far
-    replaced_share: float  # of all readings so far
-    false_alarm_rate: float  # share of the readings without injection that were replaced
-    bound_valid: float  # 1 while `oracle_bound_mps` bounds what any attacker can be paid in this episode
-    oracle_bound_mps: float  # certified upper bound of the task; 0, and not valid, where none is known
-    oracle_value_mps: float  # speed that a known legal plan attains; 0 where none is known
-    error_growth_m: float  # what the attacker is paid for with goal = "instability": `error_size_m` since the start
-    error_size_m: float  # (e_x^2 + e_v^2)^(1/2) of the target pair or of all pairs, (3.20) with P = 1 and 1 s2
-    attacked: float  # 1 where injections work at some time
-    smallest_gap_m: float  # of any pair so far
-    detected: float  # 1 when an attacked reading, while injections work, had been replaced long enough for an alarm
-    false_alarm: float  # 1 when any other reading had
+    impact_speed_mps: Annotated[
+        float, Measure("m/s", "what the attacker is paid at the end: impact of the target pair, or of any pair")
+    ]
+    alarm_cost_mps: Annotated[float, Measure("m/s", "paid for replaced readings")]
+    correction_cost_mps: Annotated[float, Measure("m/s", "paid for corrections")]
+    worst_impact_mps: Annotated[float, Measure("m/s", "fastest collision of any pair")]
+    collided_target: Annotated[float, Measure("", "1 when the target hit the vehicle ahead")]
+    collided_pairs: Annotated[float, Measure("", "pairs that collided in the last step")]
+    illegal: Annotated[
+        float, Measure("", "1 when an illegal injection, or a state without a legal one, ended the episode")
+    ]
+    time_s: Annotated[float, Measure("s", "since the start")]
+    injected_share: Annotated[float, Measure("", "share of all readings that were falsified")]
+    replaced_share: Annotated[float, Measure("", "share of all readings that the defender replaced")]
+    false_alarm_rate: Annotated[float, Measure("", "share of the readings without injection that were replaced")]
+    bound_valid: Annotated[
+        float, Measure("", "1 while oracle_bound_mps bounds what any attacker can be paid in this episode")
+    ]
+    oracle_bound_mps: Annotated[
+        float, Measure("m/s", "certified upper bound of the task; 0, and not valid, where none is known")
+    ]
+    oracle_value_mps: Annotated[float, Measure("m/s", "speed that a known legal plan attains; 0 where none is known")]
+    error_growth_m: Annotated[
+        float, Measure("m", "growth of error_size_m since the start, paid with goal = instability")
+    ]
+    error_size_m: Annotated[
+        float, Measure("m", "(3.20): size of the errors of the target pair or of all pairs, with P = 1 and 1 s2")
+    ]
+    attacked: Annotated[float, Measure("", "1 where injections work at some time")]
+    smallest_gap_m: Annotated[float, Measure("m", "of any pair")]
+    detected: Annotated[float, Measure("", "1 when an attacked reading had been replaced long enough for an alarm")]
+    false_alarm: Annotated[float, Measure("", "1 when any other reading had")]
 
 
 PAID = Metrics._fields[:3]

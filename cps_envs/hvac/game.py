@@ -13,6 +13,7 @@ from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, kernel, lend, pack, unpack, view
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.declare.config import bounds
+from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.declare.places import halves_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -66,6 +67,7 @@ class HvacGame(Game):
     """
 
     name = "hvac"
+    measures: ClassVar[Mapping[str, Measure]] = measures_of(Metrics)
     adapters: ClassVar[Adapters] = {
         "attacker": {"expected": Expected, "together": Together},
         "defender": {"sensor": Belief},

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from cps_envs.core.compute.kernels import inlined, records
+from cps_envs.core.declare.measures import Measure
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.hvac.model import CHUNK, Model, Rules
 
@@ -14,18 +15,26 @@ from cps_envs.hvac.model import CHUNK, Model, Rules
 class Metrics(NamedTuple):
     """What `info` tells of an episode so far."""
 
-    a_impact: float  # C2, (4.19): mean since the onset of |x - x_r|^2 summed over zones; grows to the final value
-    mean_abs_error_c: float  # C, |x - x_r| averaged over zones and time so far
-    energy_kwh: float  # heating, and cooling, so far
-    distinct_sets: float  # sets chosen at some time, those of the Kalman filters counted apart
-    flawed_steps: float  # steps since the onset in which a set with a compromised sensor was chosen
-    model_steps: float  # steps with a full window in which no sensor was believed
-    rejecting_steps: float  # steps with a full window in which no set had a mean residual below the threshold
-    onset_step: float  # t_0
-    num_compromised: float  # sensors
-    discomfort_h: float  # hours since the onset that zones were further than `comfort_c` from x_r, their sum
-    attack_kwh: float  # the same since the onset
-    worst_zone_impact: float  # C2, the largest share of a zone in A_impact
+    a_impact: Annotated[
+        float, Measure("°C²", "(4.19): squared error from the set-point, summed over zones, mean since the onset")
+    ]
+    mean_abs_error_c: Annotated[float, Measure("°C", "error from the set-point, mean over zones and time")]
+    energy_kwh: Annotated[float, Measure("kWh", "heating, and cooling")]
+    distinct_sets: Annotated[float, Measure("", "sensor sets chosen at some time; each Kalman filter counts as one")]
+    flawed_steps: Annotated[
+        float, Measure("", "steps since the onset in which a set with a compromised sensor was chosen")
+    ]
+    model_steps: Annotated[float, Measure("", "steps with a full window in which no sensor was believed")]
+    rejecting_steps: Annotated[
+        float, Measure("", "steps with a full window in which no set had a mean residual below the threshold")
+    ]
+    onset_step: Annotated[float, Measure("", "step at which the attack begins, t_0")]
+    num_compromised: Annotated[float, Measure("", "compromised sensors")]
+    discomfort_h: Annotated[
+        float, Measure("h", "hours since the onset outside comfort_c of the set-point, summed over zones")
+    ]
+    attack_kwh: Annotated[float, Measure("kWh", "heating, and cooling, since the onset")]
+    worst_zone_impact: Annotated[float, Measure("°C²", "largest share of one zone in a_impact")]
 
 
 class State(NamedTuple):

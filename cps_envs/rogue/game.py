@@ -12,6 +12,7 @@ from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
 from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
+from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.declare.places import halves_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.policies.team import Team
@@ -51,6 +52,7 @@ class RogueGame(Game):
 
     name = "rogue"
     threaded = True
+    measures: ClassVar[Mapping[str, Measure]] = measures_of(Metrics)
     adapters: ClassVar[Adapters] = {
         "attacker": {"effort": Effort},
         "defender": {

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from cps_envs.core.compute.kernels import Record, inlined
+from cps_envs.core.declare.measures import Measure
 from cps_envs.rogue.controllers import HUMAN
 from cps_envs.rogue.formation import reference_position
 from cps_envs.rogue.state import Drawn, Rules, State
@@ -13,18 +14,22 @@ from cps_envs.rogue.state import Drawn, Rules, State
 class Metrics(NamedTuple):
     """The measures of an episode so far."""
 
-    damage: float  # D of (5.8): m with contact "pass", m/s with "solid"
-    formation_charge: float  # in the unit of damage, w times the formation cost
-    formation_cost_s: float  # s, integral of the scattering c
-    damage_ahead: float  # the part of the damage in pairs from the seized vehicle on to the leader
-    collisions: float  # contacts of a pair
-    first_collision_s: float  # s, -1 if none
-    alarms: float  # intact vehicles that have detected an attack
-    first_alarm_s: float  # s, -1 if none
-    humans: float  # intact vehicles driven by hand now
-    reference_error_m: float  # m, the leader behind its reference
-    false_alarms: float  # vehicles that blame an intact neighbour, as all do before the onset
-    attacked: float  # 1 once the attacker drives
+    damage: Annotated[float, Measure("m or m/s", "D of (5.8): m with contact pass, m/s with contact solid")]
+    formation_charge: Annotated[
+        float, Measure("m or m/s", "formation_weight times the formation cost, in the unit of damage")
+    ]
+    formation_cost_s: Annotated[float, Measure("s", "integral of the scattering c of the platoon")]
+    damage_ahead: Annotated[float, Measure("m or m/s", "part of the damage between the seized vehicle and the leader")]
+    collisions: Annotated[float, Measure("", "contacts of two vehicles")]
+    first_collision_s: Annotated[float, Measure("s", "time of the first contact; -1 if there was none")]
+    alarms: Annotated[float, Measure("", "intact vehicles that have detected an attack")]
+    first_alarm_s: Annotated[float, Measure("s", "time of the first alarm; -1 if there was none")]
+    humans: Annotated[float, Measure("", "intact vehicles that are driven by hand now")]
+    reference_error_m: Annotated[float, Measure("m", "how far the leader is behind its reference")]
+    false_alarms: Annotated[
+        float, Measure("", "vehicles that blame an intact neighbour; before the onset, all that blame one")
+    ]
+    attacked: Annotated[float, Measure("", "1 once the attacker drives")]
 
 
 PAYOFF_PARTS = ("damage", "formation_charge")

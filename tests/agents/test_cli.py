@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from cps_agents.commands.options import whole
 from cps_agents.console import assignments
 from cps_envs.core.game.problem import Problem
 from tests.agents.command_line import invoke, refusal, succeeded
@@ -56,9 +57,9 @@ def test_code_runs_only_with_consent(name: str, tmp_path: Path, monkeypatch: pyt
         assert "`cps-envs --trust ...`" in refusal(*arguments)
     if name.startswith("sb3:"):
         pytest.importorskip("stable_baselines3")
-    agreed = invoke("--trust", *command)
-    assert "--trust" not in agreed.stderr
-    assert agreed.exit_code != 0  # neither plays this problem
+    for agreed in (invoke("--trust", *command), invoke(*command, "--trust")):
+        assert "--trust" not in agreed.stderr
+        assert agreed.exit_code != 0  # neither plays this problem
     assert os.environ["CPS_ENVS_TRUST"] == "1"  # for workers
 
 
@@ -79,3 +80,21 @@ def test_faults_of_the_program_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -
 def test_values_of_set_are_json_or_text() -> None:
     given = ("a=1", "b=[0.1, 0.5]", "c=end", "d=true", "e=False", "f=x=y")
     assert assignments(given) == {"a": 1, "b": [0.1, 0.5], "c": "end", "d": True, "e": False, "f": "x=y"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["play"], "Problems: disbanding, fdi, hvac, rogue."),
+        (["evaluate"], "Problems: disbanding, fdi, hvac, rogue."),
+        (["evaluate", "rogue"], "Roles: attacker, defender."),
+        (["train", "--steps", "1.5"], "'1.5' is not a whole number of at least 1"),
+        (["train", "--steps", "many"], "such as 500000 or 5e5"),
+    ],
+)
+def test_what_is_missing_or_no_number_is_said(arguments: list[str], said: str) -> None:
+    assert said in " ".join(invoke(*arguments, columns=200).stderr.split())
+
+
+def test_whole_numbers_may_be_written_as_people_write_them() -> None:
+    assert [whole(text) for text in ("7", "1e6", "1_000", "2.5e3")] == [7, 1_000_000, 1_000, 2_500]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -42,7 +43,22 @@ ORACLE = "By shared-ppo (our own PPO), search (numbers of hand-made policies), o
 STEPS = "Decisions for each method and training seed, searches included."
 BUDGET = "CPU time for each method and training seed; default: 60."
 Oracles = Annotated[list[str] | None, typer.Option("--oracle", metavar="NAME", help=ORACLE)]
-Steps = Annotated[int | None, typer.Option(min=1, help=STEPS)]
+
+
+def whole(text: str) -> int:
+    """A positive whole number, also written as 1e6 or 1_000_000.
+
+    Raises:
+        typer.BadParameter: it is none.
+    """
+    with suppress(ValueError):
+        number = float(text)
+        if number >= 1 and number.is_integer():
+            return int(number)
+    raise typer.BadParameter(f"{text!r} is not a whole number of at least 1, such as 500000 or 5e5")
+
+
+Steps = Annotated[int | None, typer.Option(parser=whole, metavar="N", help=STEPS)]
 BudgetS = Annotated[float | None, typer.Option("--budget", metavar="SECONDS", min=0.1, help=BUDGET)]
 
 

@@ -34,6 +34,7 @@ def play(
     ] = None,
     record: Annotated[Path | None, typer.Option(metavar="FILE.csv", help=RECORD)] = None,
     at: Annotated[float | None, typer.Option(help="Draw the picture at this game second; default: the end.")] = None,
+    explain: Annotated[bool, typer.Option("--explain", help="Say what each metric means.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Play one attacker against one defender: print the metrics, or film the episode."""
@@ -43,4 +44,4 @@ def play(
     usual = found.opponents[preset]
     pair = (attacker or usual["attacker"], defender or usual["defender"])
     film = Film(render, fps, speed, at) if render is not None else None
-    show_meeting(Meeting(Venue(problem, preset, values), *pair, episodes, seed), film, record, as_json)
+    show_meeting(Meeting(Venue(problem, preset, values), *pair, episodes, seed), film, record, as_json, explain)

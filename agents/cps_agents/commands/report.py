@@ -55,7 +55,7 @@ def report(
     paper: Annotated[
         list[Path] | None, typer.Option(metavar="DIR", help="Tables of `reproduce --csv DIR`; may be repeated.")
     ] = None,
-    folder: Annotated[Path, typer.Option("--out", help="Where the page and its episodes go.")] = Path("report"),
+    folder: Annotated[Path, typer.Option("--out", help="Where the page and its episodes go.")] = Path("results/report"),
     quick: Annotated[
         bool, typer.Option("--quick", help="Three players of each role who can all meet: a first look.")
     ] = False,

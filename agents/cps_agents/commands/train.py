@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs, described
+from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs, described, whole
 from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import train_all
@@ -52,7 +52,8 @@ def train(
     seeds: Annotated[int | None, typer.Option(min=1, help="Use so many training seeds; default: 5.")] = None,
     first_seed: Annotated[int | None, typer.Option(min=0, help="First training seed; default: 0.")] = None,
     steps: Annotated[
-        int | None, typer.Option(min=1, help="Train for so many decisions per seed; with cma-es: episodes.")
+        int | None,
+        typer.Option(parser=whole, metavar="N", help="Train for so many decisions per seed; with cma-es: episodes."),
     ] = None,
     folder: Annotated[
         Path, typer.Option("--out", help="Write runs to this folder, one subfolder for each seed.")

@@ -16,6 +16,7 @@ from cps_envs.core.compute.threads import Threads
 from cps_envs.core.declare.columns import ActionColumn, raw_columns
 from cps_envs.core.declare.config import widened
 from cps_envs.core.declare.fields import Fields
+from cps_envs.core.declare.measures import Measure
 from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.objective import Objective, objective_of
 from cps_envs.core.policies.adapter import Adapter
@@ -43,6 +44,7 @@ class Game(ABC):
     action_space: Mapping[Role, spaces.Space[Any]]  # of one environment
     neutral_action: Mapping[Role, Array]  # of one environment; changes nothing
     adapters: ClassVar[Adapters] = {}  # what learners play the roles through
+    measures: ClassVar[Mapping[str, Measure]] = {}  # what the metrics say, see `measures_of`
     payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker, by its own payoff
     objective: Objective | None = None  # what the configuration pays instead, see `pay_as_configured`
     threaded: bool = False  # whether `_advance` calls its kernel through `self.threads.run`
