@@ -294,7 +294,7 @@ def test_other_seats_are_other_maps_and_the_paper_s_seat_is_the_paper_s_map() ->
 
 
 def test_the_swaying_ride_is_the_preset() -> None:
-    assert swaying_ride("gains").config == ROGUE.config("oscillation", {})
+    assert swaying_ride(*SWAYS[-1]).config == ROGUE.config("oscillation", {})
 
 
 def test_reversing_the_sign_of_k_d_makes_the_platoon_sway_until_it_crashes() -> None:

@@ -201,8 +201,8 @@ def seat_overrides(num_vehicles: int, seat: int) -> Overrides:
     return ("num_vehicles", num_vehicles), ("attacker_index", seat), ("dt_s", FINE_S)
 
 
-def swaying_ride(attacker: str, power_ratio: float = 1.0) -> Ride:
-    """An attacker that drives by (5.15) with some gains, in preset `oscillation`, against the linear law."""
+def swaying_ride(attacker: str, power_ratio: float) -> Ride:
+    """An attacker that drives by (5.15) with some gains, in preset `oscillation` with this power, against `pd`."""
     overrides = tuple((name, getattr(OSCILLATION, name)) for name in ("num_vehicles", "attacker_index", "dt_s"))
     contact, duration_s = OSCILLATION.contact, OSCILLATION.duration_s
     return Ride("pd", power_ratio, contact, duration_s, overrides, attacker=attacker)

@@ -164,8 +164,9 @@ SWAY_COLUMNS = (
     Column("least gap, m", lambda ride: ride[1].separation_m.min() - ride[1].config.vehicle_length_m, "{:.1f}"),
 )
 SWAY_NOTES = (
-    "Preset oscillation: ten vehicles by the linear law (5.15), the attacker at the rear, solid bodies. After one "
-    "second at full effort it drives by (5.15) too: with the platoon's gains, or with the sign of k_d reversed.",
+    "Preset oscillation, the last row: ten vehicles by the linear law (5.15), the attacker at the rear, solid bodies. "
+    "After one second at full effort it drives by (5.15) too: with the platoon's gains, or with the sign of k_d "
+    "reversed. The rows above have another attacker or less power.",
     "The paper names neither the gains nor the platoon of this figure, which is from an earlier study.",
 )
 
