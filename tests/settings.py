@@ -226,6 +226,27 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
                 {"preset": "city", "opponent": SQUARE, "drive_mps2": [5, [4, 5], 5, 5, 4, 5, 5, 5]},
                 seed=13,
             ),
+            "two attackers": Golden(
+                "attacker",
+                {"preset": "learning", "opponent": "sliding_detection", "num_vehicles": 5, "attacker_indices": [2, 4]},
+                seed=14,
+            ),
+            "defence against two attackers": Golden(
+                "defender",
+                {
+                    "preset": "easy",
+                    "opponent": "square?frequency_hz=0.12&shift=0.5",
+                    "attacker_indices": [2, 4],
+                    "duration_s": 30.0,
+                },
+                seed=15,
+            ),
+            "the leader seized": Golden(
+                "attacker", {"preset": "easy", "opponent": "pd", "attacker_index": 5, "power_ratio": 2.0}, seed=16
+            ),
+            "any vehicle seized": Golden(
+                "defender", {"preset": "learning", "opponent": SQUARE, "attacker_index": [1, 8]}, seed=17
+            ),
             "long platoon": Golden(
                 "attacker",
                 {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},

@@ -17,7 +17,7 @@ from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.fields import ACCELERATION_MPS2, DETECTOR_SPAN, NEAR, compressed, vehicle_fields
 from cps_envs.rogue.formation import FAR
-from cps_envs.rogue.swarm import names_of
+from cps_envs.rogue.swarm import names_of, seized_names
 
 EFFORTS = np.array([-1.0, 0.0, 1.0], np.float32)  # full braking, the present speed, full driving
 CRUISE = 1  # the second of them
@@ -30,14 +30,19 @@ class Effort(Adapter):
     """The seized vehicle brakes in full (0), keeps its speed (1) or drives in full (2).
 
     The best attacks that are known do nothing else. It sees what the attacker sees; what an untrained policy hardly
-    reaches lies beyond the bounds (chosen).
+    reaches lies beyond the bounds (chosen). Several seized vehicles are an agent each, with the own sensors, and with
+    what the others do: one network can drive them all.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         config = spec.config
-        self.agents = (spec.role,)
+        self.agents = seized_names(config)
         self.action_space, self.neutral_action = spaces.Discrete(len(EFFORTS)), np.array(CRUISE)
+        others = (
+            Field("others_speed", "m/s", -25, 25, (), "mean of the other seized vehicles minus own"),
+            Field("others_effort", "-", config.min_effort, config.max_effort, (), "mean of the other seized vehicles"),
+        )
         far = FAR * config.separation_m  # as far as its sensors see: run-ups are as long
         self.fields = self._shown = Fields(
             Field("front_gap_error", "m", -far, far, (), "distance to the vehicle ahead minus sigma"),
@@ -48,23 +53,37 @@ class Effort(Adapter):
             Field("effort", "-", config.min_effort, config.max_effort, (), "own, in the last integration step"),
             range_field("reference_speed", "m/s", config.reference_range_mps, "v_ref"),
             range_field("power_ratio", "-", config.power_ratio, "own alpha over that of the others"),
-            range_field("attacker_index", "-", config.attacker_index, "of the seized vehicle, 1 = rear"),
+            range_field("attacker_index", "-", config.seat_range, "of the seized vehicle, 1 = rear"),
             range_field("num_vehicles", "-", config.num_vehicles, "of the platoon"),
             Field("until_onset_s", "s", 0, 60, (), "until the own effort takes effect"),
             Field("time_left_s", "s", 0, config.duration_s, (), "until the end of the episode"),
+            *(others if len(self.agents) > 1 else ()),
         )
 
     def observe(self, seen: Seen, state: State) -> Observation:
-        """The seized vehicle's row (B, 1, m)."""
-        return encoded(self._shown, {}, seen)[:, np.newaxis]
+        """The rows (B, A, m) of the seized vehicles, of one (B, 1, m)."""
+        if len(self.agents) == 1:
+            return encoded(self._shown, {}, seen)[:, np.newaxis]
+        shape = (len(seen), len(self.agents))
+        rows = {name: each.reshape(len(seen), -1) for name in self.spec.fields.slices if (each := seen[name]).size}
+        speed, effort = (self._of_others(rows[name]) for name in ("speed", "effort"))
+        rows |= {"others_speed": speed - rows["speed"], "others_effort": effort}
+        columns = {name: np.broadcast_to(values, shape).reshape(-1) for name, values in rows.items()}
+        return encoded(self._shown, columns, seen).reshape(*shape, -1)
+
+    def _of_others(self, values: FloatArray) -> FloatArray:
+        """The mean of the other agents, of values (B, A)."""
+        rest: FloatArray = (values.sum(axis=1, keepdims=True) - values) / (len(self.agents) - 1)
+        return rest
 
     def active(self, seen: Seen, state: State) -> BoolArray:
-        """Whether the attack has begun, (B, 1)."""
-        begun: BoolArray = seen["until_onset_s"][:, np.newaxis] < self.spec.config.dt_s / 2
-        return begun
+        """Whether the attack has begun, (B, A)."""
+        begun = seen["until_onset_s"][:, np.newaxis] < self.spec.config.dt_s / 2
+        agents: BoolArray = np.repeat(begun, len(self.agents), axis=1)
+        return agents
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
-        """The efforts (B, 1)."""
+        """The efforts (B, A)."""
         return EFFORTS[actions], state
 
 
@@ -149,9 +168,11 @@ class Vehicle(VehicleFull):
         behind += seen["reference_error"][:, np.newaxis]
         if "attacker_index" not in seen:
             return behind
-        agents = np.arange(len(self.agents))  # the seized vehicle is none
-        agents = agents + (agents >= seen["attacker_index"][:, np.newaxis] - 1.5)
-        found: FloatArray = np.take_along_axis(behind, np.broadcast_to(agents, (len(seen), len(self.agents))), axis=1)
+        agents = np.broadcast_to(np.arange(len(self.agents)), (len(seen), len(self.agents)))  # no seized vehicle is one
+        seats = seen["attacker_index"].reshape(len(seen), -1)
+        for seat in range(seats.shape[1]):
+            agents = agents + (agents >= seats[:, seat, np.newaxis] - 1.5)
+        found: FloatArray = np.take_along_axis(behind, agents, axis=1)
         return found
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:

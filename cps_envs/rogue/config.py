@@ -35,6 +35,7 @@ BUMPERS = "chosen: with 'solid' an impact does damage by its speed beyond this"
 NOISE = "chosen: standard deviation of what is observed"
 ORDERS = "chosen: with 'all' the seized vehicle is not marked; it obeys until the onset"
 FORM = "chosen: controllers, accelerations, or for each vehicle one of either"
+TEAM = "1.1.2, 2.1.2: vehicles that attack together, in place of attacker_index"
 COST = "chosen: saturating mean errors, or log(1 + mean distance / sigma) from the places or from the open places"
 NEUTRAL = "chosen: of all, by the defender's neutral action"
 
@@ -44,17 +45,21 @@ OF_VEHICLES = ("drive_mps2", "drag_per_s", "vehicle_length_m", "proportional_gai
 
 @dataclass(frozen=True)
 class RogueConfig:
-    """A platoon of n vehicles, numbered 1 (rear) to n (leader), one of them driven by an attacker.
+    """A platoon of n vehicles, numbered 1 (rear) to n (leader), one or several of them driven by an attacker.
 
-    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly. Drive, drag,
-    length and the gains also take a tuple with a value for each vehicle of the longest platoon, from the rear.
+    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly. A seat that
+    is drawn up to `num_vehicles` of the longest platoon may be the leader's; else it never is. Drive, drag, length and
+    the gains also take a tuple with a value for each vehicle of the longest platoon, from the rear.
 
     Raises:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
     """
 
     num_vehicles: IntRange = quantity(5, low=3, high=100, source="paper: n", ranged=True)
-    attacker_index: IntRange = quantity(3, low=1, high=99, source="paper: 3; 1 = rear", ranged=True)
+    attacker_index: IntRange = quantity(
+        3, low=1, high=100, source="paper: 3; 1 = rear", ranged=True, instead_of="attacker_indices"
+    )
+    attacker_indices: tuple[int, ...] = quantity((), low=1, high=100, source=TEAM)
     power_ratio: Range = quantity(1.0, low=1, high=3, source=RATIO, ranged=True)
     drive_mps2: RangedBodies = quantity(
         5.0, unit="m/s2", low=1, high=20, source=f"{TABLE}: alpha", ranged=True, bodies="vehicle"
@@ -148,13 +153,7 @@ class RogueConfig:
 
     def _check_sizes(self) -> None:
         check_bodies(self, {"vehicle": self.max_vehicles})
-        fewest, (first, last) = bounds(self.num_vehicles)[0], bounds(self.attacker_index)
-        if first >= fewest or last >= self.max_vehicles:
-            raise ConfigurationError(
-                f"attacker_index = {self.attacker_index} has to be below num_vehicles = {self.num_vehicles}: the "
-                "leader, who holds the reference, is intact. Choose for example attacker_index = "
-                f"(1, {self.max_vehicles - 1}); drawn seats have to begin below {fewest}."
-            )
+        self._check_seats()
         longest_m = float(self.pair_length_m.max())
         if self.separation_m <= longest_m + 2 * self.spacing_spread_m:
             raise ConfigurationError(
@@ -172,6 +171,23 @@ class RogueConfig:
         if self.reference_range_mps[1] >= top_speed:
             raise ConfigurationError(
                 f"{given} = {getattr(self, given)} is out of reach: drive and drag allow {top_speed:g} m/s."
+            )
+
+    def _check_seats(self) -> None:
+        fewest, (first, last) = int(bounds(self.num_vehicles)[0]), bounds(self.attacker_index)
+        seats = self.attacker_indices
+        ordered = list(seats) == sorted(set(seats))
+        if not ordered or len(seats) in (1, fewest) or max(seats, default=1) > fewest:
+            raise ConfigurationError(
+                f"attacker_indices = {seats} has to name at least two different vehicles from the rear, none beyond "
+                f"vehicle {fewest}, and to leave an intact one. Choose for example (2, {max(3, fewest - 1)}); one "
+                "vehicle is attacker_index."
+            )
+        if not seats and (first > fewest - (not self.leader_may_be_seized) or last > self.max_vehicles):
+            raise ConfigurationError(
+                f"attacker_index = {self.attacker_index} has to be within num_vehicles = {self.num_vehicles}. Choose "
+                f"for example (1, {self.max_vehicles - 1}) for any vehicle but the leader, or (1, {self.max_vehicles}) "
+                f"for any vehicle; drawn seats have to begin {'at' if self.leader_may_be_seized else 'below'} {fewest}."
             )
 
     def _check_cycle(self) -> None:
@@ -210,10 +226,10 @@ class RogueConfig:
     @property
     def stable_below_s(self) -> float:
         """The integration step (s) from which on the sliding mode is unstable, see `stability`."""
-        layer, (first, last) = self.boundary_layer_mps, bounds(self.attacker_index)
+        layer, (first, last) = self.boundary_layer_mps, self.seat_range
         authority = 2 * self.surface_slope_per_s * self.max_speed_mps + self.max_acceleration_mps2
         disguised = bounds(self.onset_s)[1] > 0 or self.attack_share < 1
-        places = range(int(first), int(last) + 1)
+        places = [self.attacker_indices] if self.attacker_indices else [(seat,) for seat in range(first, last + 1)]
         return longest_stable_step_s(self.max_vehicles, places, (authority + layer) / layer, disguised=disguised)
 
     @property
@@ -272,9 +288,25 @@ class RogueConfig:
         return length if length.size == 1 else np.asarray(0.5 * (length[1:] + length[:-1]))
 
     @property
+    def num_seized(self) -> int:
+        """Vehicles that the attacker drives."""
+        return max(len(self.attacker_indices), 1)
+
+    @property
+    def seat_range(self) -> tuple[int, int]:
+        """The first and the last seat, 1 = rear, that any seized vehicle can have."""
+        low, high = bounds(self.attacker_indices or self.attacker_index)
+        return int(low), int(high)
+
+    @property
+    def leader_may_be_seized(self) -> bool:
+        """Whether drawn seats reach up to the leader of every platoon, and not only to the vehicle behind it."""
+        return self.seat_range[1] >= self.max_vehicles
+
+    @property
     def num_intact(self) -> int:
-        """Vehicles of the longest platoon without the seized one."""
-        return self.max_vehicles - 1
+        """Vehicles of the longest platoon without the seized ones."""
+        return self.max_vehicles - self.num_seized
 
     @property
     def hidden(self) -> bool:

@@ -26,6 +26,6 @@ def raise_alarm(episode: State, i: int, ordered: int, score: Record, c: Drawn, r
         episode.alarm[i] = 1 if episode.front_detector[i] >= episode.rear_detector[i] else -1
         if ordered == DETECTING:
             episode.controller[i] = in_force(DETECTING, episode.alarm[i])
-        score.false_alarms += episode.step[0] < c.onset_step or i + episode.alarm[i] != c.attacker
+        score.false_alarms += episode.step[0] < c.onset_step or not episode.rogue[i + episode.alarm[i]]
         if score.first_alarm_s < 0.0:
             score.first_alarm_s = episode.step[0] * r.dt_s

@@ -57,7 +57,7 @@ def advance_lanes(
             for k in range(count):
                 steer(block, plants, leader_mps, state.place[rows[k]], k, r)
         for k in range(count):
-            hold(block, plants, k, attack[rows[k], 0], r)
+            hold(block, plants, borrowed(attack)[rows[k]], k, n, r)
         for _ in range(r.steps_per_period):
             sense(block, plants, n, width, r)
             watch(block, plants, n, width, r)
@@ -113,8 +113,10 @@ def receive(
 
     Until its onset a seized vehicle that gets no orders drives by the sliding mode, and a hidden one obeys.
     """
+    j = -1
     for i in range(n):
-        deaf, j = i == c.attacker and not r.hidden, i - (i > c.attacker and not r.hidden)
+        deaf = state.rogue[b, i] and not r.hidden
+        j += not deaf
         ordered = SLIDING if deaf else orders[j, 0]
         block.ordered[i, k] = ordered
         block.modified[i, k] = 0 if deaf else orders[j, 1]
@@ -134,13 +136,17 @@ def look_apart(block: Block, k: int, n: int) -> None:
 
 
 @inlined
-def hold(block: Block, plants: Plants, k: int, attack: float, r: Rules) -> None:
-    """Set the attacker's effort anew where a decision of the attacker is due."""
+def hold(block: Block, plants: Plants, attack: FloatArray, k: int, n: int, r: Rules) -> None:
+    """Set the efforts of the seized vehicles anew by actions (seats,), where a decision of the attacker is due."""
     if block.step[k] % r.hold_steps == 0:
-        j = min(plants.attacker[k], plants.drag_per_s.shape[0] - 1)
-        drag = plants.drag_per_s[j, k] * block.speed[plants.attacker[k], k]
-        cruise = clip(drag / plants.attacker_drive_mps2[k], r.min_effort, r.max_effort)
-        block.held_effort[k] = effort_of(attack, cruise, r)
+        seat = 0
+        for i in range(n):
+            if block.rogue[i, k]:
+                j = min(i, plants.drag_per_s.shape[0] - 1)
+                drag = plants.drag_per_s[j, k] * block.speed[i, k]
+                cruise = clip(drag / plants.attacker_drive_mps2[j, k], r.min_effort, r.max_effort)
+                block.held_effort[i, k] = effort_of(attack[seat], cruise, r)
+                seat += 1
 
 
 @inlined
@@ -197,12 +203,12 @@ def watch(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
         for k in range(width):
             did, could = block.acceleration[i + 1, k], -block.closing[i + 1, k]
             z = leaky(block.front_detector[i, k], did - clip(could, block.least[i + 1, k], block.most[i + 1, k]), r)
-            block.front_detector[i, k] = z if r.hidden or plants.attacker[k] != i else block.front_detector[i, k]
+            block.front_detector[i, k] = z if r.hidden or not block.rogue[i, k] else block.front_detector[i, k]
         for k in range(width):
             did, could = block.acceleration[i, k], block.closing[i + 1, k]
             z = leaky(block.rear_detector[i + 1, k], did - clip(could, block.least[i, k], block.most[i, k]), r)
             block.rear_detector[i + 1, k] = (
-                z if r.hidden or plants.attacker[k] != i + 1 else block.rear_detector[i + 1, k]
+                z if r.hidden or not block.rogue[i + 1, k] else block.rear_detector[i + 1, k]
             )
     for k in range(width):
         block.marked[k] = False
@@ -284,7 +290,7 @@ def drive_by_hand(episode: State, i: int, e: float, d: float, c: Drawn, r: Rules
 def actuate(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
     """Move all vehicles with the efforts that make their desired accelerations, as far as their limits allow.
 
-    From its onset on the seized vehicle moves with the attacker's. The plant is (5.5) to (5.7): no reverse,
+    From the onset on a seized vehicle moves with the attacker's. The plant is (5.5) to (5.7): no reverse,
     semi-implicit Euler.
     """
     for k in range(width):
@@ -293,11 +299,11 @@ def actuate(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
     for i in range(n):
         j = min(i, last)
         for k in range(width):
-            rogue, speed = plants.attacker[k] == i, block.speed[i, k]
+            rogue, speed = block.rogue[i, k], block.speed[i, k]
             strong, drag = rogue & (block.seized[k] | (not r.hidden)), plants.drag_per_s[j, k] * speed
-            drive = plants.attacker_drive_mps2[k] if strong else plants.drive_mps2[j, k]
+            drive = plants.attacker_drive_mps2[j, k] if strong else plants.drive_mps2[j, k]
             own = clip((block.command[i, k] + drag) / drive, r.min_effort, r.max_effort)
-            effort = block.held_effort[k] if rogue & block.seized[k] else own
+            effort = block.held_effort[i, k] if rogue & block.seized[k] else own
             block.effort[i, k] = effort
             acceleration = drive * (0.0 if (speed <= 0.0) & (effort < 0.0) else effort) - drag
             faster = max(0.0, speed + r.dt_s * acceleration)

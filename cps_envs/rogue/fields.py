@@ -23,22 +23,30 @@ NEAR = 0.2  # m or m/s, chosen: below the noise in `learning`; up to it `compres
 
 
 def attacker_fields(config: RogueConfig) -> Fields:
-    """The seized vehicle's own sensors; a side without a neighbour reads zero."""
-    far = FAR * config.separation_m
+    """The seized vehicle's own sensors; a side without a neighbour reads zero.
+
+    Where several attack together there is an entry for each of them, from the rear.
+    """
+    far, seats = FAR * config.separation_m, seats_of(config)
     return Fields(
-        Field("front_gap_error", "m", -far, far, (), "distance to the vehicle ahead minus sigma"),
-        Field("front_gap_rate", "m/s", -RATE_MPS, RATE_MPS, (), "speed of the vehicle ahead minus own"),
-        Field("rear_gap_error", "m", -far, far, (), "distance to the vehicle behind minus sigma"),
-        Field("rear_gap_rate", "m/s", -RATE_MPS, RATE_MPS, (), "own speed minus that of the vehicle behind"),
-        Field("speed", "m/s", 0, MAX_SPEED_MPS, (), "own"),
-        Field("effort", "-", config.min_effort, config.max_effort, (), "own, in the last integration step"),
+        Field("front_gap_error", "m", -far, far, seats, "distance to the vehicle ahead minus sigma"),
+        Field("front_gap_rate", "m/s", -RATE_MPS, RATE_MPS, seats, "speed of the vehicle ahead minus own"),
+        Field("rear_gap_error", "m", -far, far, seats, "distance to the vehicle behind minus sigma"),
+        Field("rear_gap_rate", "m/s", -RATE_MPS, RATE_MPS, seats, "own speed minus that of the vehicle behind"),
+        Field("speed", "m/s", 0, MAX_SPEED_MPS, seats, "own"),
+        Field("effort", "-", config.min_effort, config.max_effort, seats, "own, in the last integration step"),
         Field("reference_speed", "m/s", 0, MAX_REFERENCE_MPS, (), "v_ref"),
         Field("power_ratio", "-", 1, MAX_RATIO, (), "own alpha over that of the others"),
-        Field("attacker_index", "-", 1, config.max_vehicles, (), "of the seized vehicle, 1 = rear"),
+        Field("attacker_index", "-", 1, config.max_vehicles, seats, "of the seized vehicle, 1 = rear"),
         Field("num_vehicles", "-", 1, config.max_vehicles, () if drawn(config) else (0,), "of the platoon"),
         Field("until_onset_s", "s", 0, MAX_ONSET_S, (), "until the own effort takes effect"),
         Field("time_left_s", "s", 0, config.duration_s, (), "until the end of the episode"),
     )
+
+
+def seats_of(config: RogueConfig) -> tuple[int, ...]:
+    """The shape of what is said of the seized vehicle: a number, or (k,) where k of them attack together."""
+    return () if config.num_seized == 1 else (config.num_seized,)
 
 
 def compressed(error: FloatArray) -> FloatArray:
@@ -54,21 +62,26 @@ def drawn(config: RogueConfig) -> bool:
 
 def watches_rear(config: RogueConfig) -> int:
     """Number of intact vehicles that may have somebody behind them; the others come first."""
-    return config.num_intact - (bounds(config.attacker_index)[0] > 1)
+    return config.num_intact - (config.seat_range[0] > 1)
+
+
+def watches_ahead(config: RogueConfig) -> int:
+    """Number of intact vehicles that may have somebody ahead of them; the others come last."""
+    return config.num_intact - (not config.leader_may_be_seized)
 
 
 def defender_fields(config: RogueConfig) -> Fields:
     """Pairs and vehicles from the rear to the leader; `ordered` vehicles are those that get orders.
 
-    Pair i is vehicle i and the one ahead of it. The ordered vehicles are those without the seized one. The last of them
-    is the leader: it has no front detector. If the first is certainly the rear one, it has no rear detector. With
-    `orders="all"` all vehicles are ordered and nothing marks the seized one: it reports the alarm, growth and law of an
-    intact vehicle in its place. Then alarms are reported and the detectors behind them are not. What belongs to
-    vehicles that an episode does not have is zero.
+    Pair i is vehicle i and the one ahead of it. The ordered vehicles are those without the seized ones. If the last of
+    them is certainly the leader, it has no front detector. If the first is certainly the rear one, it has no rear
+    detector. With `orders="all"` all vehicles are ordered and nothing marks a seized one: it reports the alarm, growth
+    and law of an intact vehicle in its place. Then alarms are reported and the detectors behind them are not. What
+    belongs to vehicles that an episode does not have is zero.
     """
     n, ordered, far = config.max_vehicles, config.num_orders, FAR * config.separation_m
-    watches_front, watched = (0, 0) if config.hidden else (ordered - 1, watches_rear(config))
-    spread = DETECTOR_SPAN * config.alarm_threshold
+    watches_front, watched = (0, 0) if config.hidden else (watches_ahead(config), watches_rear(config))
+    spread, seats = DETECTOR_SPAN * config.alarm_threshold, seats_of(config)
     growths, laws = ((ordered,), (ordered, len(DRIVEN))) if choices_of(config) else ((0,), (0,))
     return Fields(
         Field("gap_error", "m", -far, far, (n - 1,), "of each pair, distance minus sigma"),
@@ -82,7 +95,7 @@ def defender_fields(config: RogueConfig) -> Fields:
         Field("alarm", "-", -1, 1, (ordered,), "1: front neighbour detected, -1: rear one, 0: none; latched"),
         Field("growth", "m", 0, config.max_growth_m, growths, "separation set-point minus sigma"),
         Field("law", "-", 0, 1, laws, f"law in force, one-hot: {', '.join(DRIVEN)}"),
-        Field("attacker_index", "-", 1, n, (0,) if config.hidden else (), "of the seized vehicle, 1 = rear"),
+        Field("attacker_index", "-", 1, n, (0,) if config.hidden else seats, "of the seized vehicle, 1 = rear"),
         Field(
             "present", "-", 0, 1, (n - int(bounds(config.num_vehicles)[0]),), "of the last vehicles: there are so many"
         ),

@@ -31,7 +31,7 @@ from cps_envs.rogue.picture.scene import Scene, scene_of
 from cps_envs.rogue.privileged import Truth
 from cps_envs.rogue.start import builds_of, chances_of, ranges_of, start_episodes
 from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, platoon, rules_of
-from cps_envs.rogue.swarm import VehicleTeam
+from cps_envs.rogue.swarm import SeizedTeam, VehicleTeam
 
 KERNELS = {"attacker": observe_attacker, "defender": observe_defender}
 
@@ -39,8 +39,8 @@ KERNELS = {"attacker": observe_attacker, "defender": observe_defender}
 class RogueGame(Game):
     """A game step is a control period of 0.1 s; the vehicles' controllers run inside it at every integration step.
 
-    Attacker: Box (1,), set at each decision and held: -1 is full braking effort, 0 the effort that keeps the present
-    speed, 1 full driving effort.
+    Attacker: Box (k,) for k seized vehicles from the rear, one in most configurations, set at each decision and held:
+    -1 is full braking effort, 0 the effort that keeps the present speed, 1 full driving effort.
     Defender, `defense_action="mode"`: MultiDiscrete, for each intact vehicle from the rear its controller
     (`controllers.CONTROLLERS`) and whether following is modified: growing separation, authority (5.12). `"command"`:
     Box (n - 1,), accelerations. `"either"`: MultiDiscrete with `actions.LEVELS` of them after the controllers.
@@ -73,10 +73,10 @@ class RogueGame(Game):
         ordered = config.num_orders
         self.modes = choices_of(config) > 0
         defense = order_space(config, ordered)
-        self.action_space = {"attacker": spaces.Box(-1.0, 1.0, (1,), np.float32), "defender": defense}
+        self.action_space = {"attacker": spaces.Box(-1.0, 1.0, (config.num_seized,), np.float32), "defender": defense}
         plain = np.tile([CONTROLLERS.index(config.neutral_controller), PLAIN], ordered)
         still = plain if self.modes else np.zeros(ordered)
-        self.neutral_action = {"attacker": np.zeros(1), "defender": still}
+        self.neutral_action = {"attacker": np.zeros(config.num_seized), "defender": still}
         self.payoff_parts = PAYOFF_PARTS
         self.rules = rules_of(config)
         self._draw_from(config)
@@ -139,10 +139,14 @@ class RogueGame(Game):
         return (*self.state, self.drawn, self._scores)
 
     def truth(self, b: int) -> dict[str, Any]:
-        """Privileged: `seat` (0 = rear), `onset_s` (inf without an attack) and `power_ratio` of an episode."""
+        """Privileged: `seat` (0 = rear), `onset_s` (inf without an attack) and `power_ratio` of an episode.
+
+        Of several seized vehicles `seat` is the rearmost; `seats` (k,) are all.
+        """
         c = unpack(Drawn, self.drawn, b)
         onset_s = c.onset_step * self.config.dt_s if c.onset_step < NEVER else np.inf
-        return {"seat": c.attacker, "onset_s": onset_s, "power_ratio": c.attacker_drive_mps2 / c.drive_mps2}
+        power_ratio, seats = c.attacker_drive_mps2 / c.drive_mps2, np.flatnonzero(self.state.rogue[b])
+        return {"seat": c.attacker, "seats": seats, "onset_s": onset_s, "power_ratio": power_ratio}
 
     def privileged(self, role: Role) -> Observation:
         """See `privileged.Truth`."""
@@ -154,9 +158,11 @@ class RogueGame(Game):
         return scene_of(self.state, self.drawn, b, self.config, self.episode_metrics(b))
 
     def columns(self, role: Role) -> tuple[ActionColumn, ...]:
-        """The effort of the seized vehicle, or the orders of the others."""
+        """The effort of each seized vehicle, or the orders of the others."""
         if role == "attacker":
-            return numbered(["effort"], "-", "-1 brakes fully, 0 keeps the speed, 1 drives fully")
+            seats = self.config.attacker_indices
+            efforts = [f"effort_{seat}" for seat in seats] or ["effort"]
+            return numbered(efforts, "-", "-1 brakes fully, 0 keeps the speed, 1 drives fully")
         count = self.config.num_orders
         if not self.modes:
             braking, driving = self._limits
@@ -166,10 +172,10 @@ class RogueGame(Game):
         return numbered(pairs, "-", f"from the rear; controllers: {names}, then levels")
 
     def team(self, role: Role) -> Team:
-        """The defender as one agent for each vehicle that gets orders."""
+        """The defender as one agent for each vehicle that gets orders, several attackers as one for each of them."""
         if role == "defender":
             return VehicleTeam(self.config, self._held, self.drawn, self.rules, self._episodes)
-        return super().team(role)
+        return SeizedTeam(self.config, self._held, self.drawn)
 
 
 @kernel
@@ -186,9 +192,9 @@ def step(
 ) -> None:
     """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
 
-    `moves` are the attacker's actions (B, 1) in [-1, 1]; of the k vehicles that get orders controllers (B, k, 2) and
-    whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`. References follow
-    the series `leader_mps` (K,) where there is one.
+    `moves` are the attacker's actions (B, seats) in [-1, 1]; of the k vehicles that get orders controllers (B, k, 2)
+    and whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`. References
+    follow the series `leader_mps` (K,) where there is one.
     """
     attack, orders, accelerations = moves
     r, most = unpack(Rules, rules, 0), state.position.shape[1]

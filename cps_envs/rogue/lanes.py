@@ -29,7 +29,8 @@ class Block(NamedTuple):
     rear_detector: FloatArray  # (n, W) m2/s3
     armed: BoolArray  # (n, W), the last row is not used
     step: IntArray  # (W,)
-    held_effort: FloatArray  # (W,)
+    held_effort: FloatArray  # (n, W)
+    rogue: BoolArray  # (n, W) the seized vehicles
     error: FloatArray  # (n + 1, W) m, of vehicle i to the one ahead in row i + 1; row 0 stays zero
     rate: FloatArray  # (n + 1, W) m/s, likewise
     closing: FloatArray  # (n + 1, W) m/s2, likewise, by which the sliding mode would close the error
@@ -50,12 +51,11 @@ class Plants(NamedTuple):
     """What the episodes have drawn and every integration step needs: of vehicles (m, W), see `State`, else (W,)."""
 
     drive_mps2: FloatArray
+    attacker_drive_mps2: FloatArray  # what the attacker gets out of each engine
     drag_per_s: FloatArray
     length_m: FloatArray
     proportional_gain: FloatArray
     derivative_gain: FloatArray
-    attacker: IntArray
-    attacker_drive_mps2: FloatArray
     reference_start_m: FloatArray
     reference_speed_mps: FloatArray
     reference_mps2: FloatArray  # by which the reference speed changes in this period
@@ -75,7 +75,8 @@ def make_block(n: int) -> Block:
         rear_detector=np.empty(vehicles),
         armed=np.empty(vehicles, np.bool_),
         step=np.empty(WIDTH, np.int64),
-        held_effort=np.empty(WIDTH),
+        held_effort=np.empty(vehicles),
+        rogue=np.empty(vehicles, np.bool_),
         error=np.zeros(sides),
         rate=np.zeros(sides),
         closing=np.zeros(sides),
@@ -99,12 +100,11 @@ def make_plants(m: int) -> Plants:
     bodies = (m, WIDTH)
     return Plants(
         drive_mps2=np.empty(bodies),
+        attacker_drive_mps2=np.empty(bodies),
         drag_per_s=np.empty(bodies),
         length_m=np.empty(bodies),
         proportional_gain=np.empty(bodies),
         derivative_gain=np.empty(bodies),
-        attacker=np.empty(WIDTH, np.int64),
-        attacker_drive_mps2=np.empty(WIDTH),
         reference_start_m=np.empty(WIDTH),
         reference_speed_mps=np.empty(WIDTH),
         reference_mps2=np.zeros(WIDTH),
@@ -122,13 +122,14 @@ def load(block: Block, plants: Plants, state: State, drawn: Array, b: int, k: in
         block.effort[i, k] = state.effort[b, i]
         block.front_detector[i, k] = state.front_detector[b, i]
         block.rear_detector[i, k] = state.rear_detector[b, i]
+        block.held_effort[i, k], block.rogue[i, k] = state.held_effort[b, i], state.rogue[b, i]
     for i in range(n - 1):
         block.armed[i, k] = state.armed[b, i]
-    block.step[k], block.held_effort[k] = state.step[b], state.held_effort[b]
+    block.step[k] = state.step[b]
     c = unpack(Drawn, drawn, b)
-    plants.attacker[k], plants.onset_step[k] = c.attacker, c.onset_step
-    plants.attacker_drive_mps2[k] = c.attacker_drive_mps2
+    plants.onset_step[k] = c.onset_step
     for j in range(state.length_m.shape[1]):
+        plants.attacker_drive_mps2[j, k] = c.attacker_drive_mps2 * (state.drive_mps2[b, j] / c.drive_mps2)
         plants.drive_mps2[j, k], plants.drag_per_s[j, k] = state.drive_mps2[b, j], state.drag_per_s[b, j]
         plants.length_m[j, k] = state.length_m[b, j]
         plants.proportional_gain[j, k] = state.proportional_gain[b, j]
@@ -146,9 +147,10 @@ def store(block: Block, state: State, b: int, k: int, n: int) -> None:
         state.effort[b, i] = block.effort[i, k]
         state.front_detector[b, i] = block.front_detector[i, k]
         state.rear_detector[b, i] = block.rear_detector[i, k]
+        state.held_effort[b, i] = block.held_effort[i, k]
     for i in range(n - 1):
         state.armed[b, i] = block.armed[i, k]
-    state.step[b], state.held_effort[b] = block.step[k], block.held_effort[k]
+    state.step[b] = block.step[k]
 
 
 @inlined
@@ -169,7 +171,8 @@ def lane(block: Block, state: State, b: int, k: int, n: int) -> State:
         collisions=kept.collisions,
         armed=borrowed(block.armed)[: n - 1, k],
         step=borrowed(block.step)[k : k + 1],
-        held_effort=borrowed(block.held_effort)[k : k + 1],
+        held_effort=borrowed(block.held_effort)[:n, k],
+        rogue=kept.rogue,
         drive_mps2=kept.drive_mps2,
         drag_per_s=kept.drag_per_s,
         length_m=kept.length_m,

@@ -13,7 +13,7 @@ from cps_envs.rogue.noise import noise
 from cps_envs.rogue.state import Drawn, Rules, State, platoon
 
 CENTRAL, LOCAL = 1_000, 1_000_000  # where the noise of the defender and of single vehicles is numbered from
-PER_VEHICLE = 6
+PER_VEHICLE, SEAT = 6, 4  # numbers for the noise of a vehicle, and of a seized one as the attacker sees it
 
 
 @kernel
@@ -26,12 +26,15 @@ def observe_attacker(
         c = unpack(Drawn, drawn, b)
         episode = platoon(state, b, c.num_vehicles)
         fill(row, 0.0)
-        sense_sides(episode, c.attacker, 0, c, r, at, row)
-        row[at.speed] = episode.speed[c.attacker]
-        row[at.effort] = episode.effort[c.attacker]
+        seat = 0
+        for i in range(c.attacker, episode.rogue.size):
+            if episode.rogue[i]:
+                sense_sides(episode, i, SEAT * seat, seat, c, r, at, row)
+                row[at.speed + seat], row[at.effort + seat] = episode.speed[i], episode.effort[i]
+                row[at.attacker_index + seat] = i + 1
+                seat += 1
         row[at.reference_speed] = c.reference_speed_mps
         row[at.power_ratio] = c.attacker_drive_mps2 / c.drive_mps2
-        row[at.attacker_index] = c.attacker + 1
         fill(row[at.num_vehicles : at.until_onset_s], c.num_vehicles)
         row[at.until_onset_s] = max(c.onset_step - episode.step[0], 0) * r.dt_s
         row[at.time_left_s] = time_left(episode, r)
@@ -50,7 +53,10 @@ def observe_defender(
         fill(row, 0.0)
         fill_platoon(episode, c, r, at, row)
         fill_ordered(episode, c, r, at, row)
-        fill(row[at.attacker_index : at.present], c.attacker + 1)
+        seat = at.attacker_index
+        for i in range(c.attacker, episode.rogue.size):
+            if episode.rogue[i] and seat < at.present:
+                row[seat], seat = i + 1, seat + 1
         absent = state.speed.shape[1] - c.num_vehicles
         fill(row[at.present : at.time_left_s - absent], 1.0)
         row[at.time_left_s] = time_left(episode, r)
@@ -66,13 +72,23 @@ def observe_vehicles(
     for b in range(encoded.shape[0]):
         c = unpack(Drawn, drawn, b)
         episode = platoon(state, b, c.num_vehicles)
+        i = -1
         for k in range(encoded.shape[1]):
-            i = k + (k >= c.attacker and not r.hidden)
+            i = next_ordered(episode, i, r)
             fill(row, 0.0)
             row[at.time_left_s] = time_left(episode, r)
             if i < c.num_vehicles:
                 fill_vehicle(episode, i, c, r, at, row)
             encode_row(borrowed(row), borrowed(scale), borrowed(encoded)[b, k])
+
+
+@inlined
+def next_ordered(episode: State, i: int, r: Rules) -> int:
+    """The vehicle ahead of vehicle `i` that gets orders; beyond the leader there are those that a platoon lacks."""
+    i += 1
+    while i < episode.rogue.size and episode.rogue[i] and not r.hidden:
+        i += 1
+    return i
 
 
 @inlined
@@ -82,15 +98,15 @@ def time_left(episode: State, r: Rules) -> float:
 
 
 @inlined
-def sense_sides(episode: State, i: int, entry: int, c: Drawn, r: Rules, at: Record, row: FloatArray) -> None:
-    """Gap errors and gap rates ahead of and behind vehicle `i`, with noise numbered from `entry` on."""
+def sense_sides(episode: State, i: int, entry: int, seat: int, c: Drawn, r: Rules, at: Record, row: FloatArray) -> None:
+    """Gap errors and gap rates ahead of and behind vehicle `i`, entries `seat`, with noise numbered from `entry` on."""
     x, v, seed, now = episode.position, episode.speed, c.noise_seed, episode.step[0]
     if i + 1 < x.size:
-        row[at.front_gap_error] = x[i + 1] - x[i] - r.separation_m + noise(r.range_noise_m, seed, now, entry)
-        row[at.front_gap_rate] = v[i + 1] - v[i] + noise(r.range_rate_noise_mps, seed, now, entry + 1)
+        row[at.front_gap_error + seat] = x[i + 1] - x[i] - r.separation_m + noise(r.range_noise_m, seed, now, entry)
+        row[at.front_gap_rate + seat] = v[i + 1] - v[i] + noise(r.range_rate_noise_mps, seed, now, entry + 1)
     if i > 0:
-        row[at.rear_gap_error] = x[i] - x[i - 1] - r.separation_m + noise(r.range_noise_m, seed, now, entry + 2)
-        row[at.rear_gap_rate] = v[i] - v[i - 1] + noise(r.range_rate_noise_mps, seed, now, entry + 3)
+        row[at.rear_gap_error + seat] = x[i] - x[i - 1] - r.separation_m + noise(r.range_noise_m, seed, now, entry + 2)
+        row[at.rear_gap_rate + seat] = v[i] - v[i - 1] + noise(r.range_rate_noise_mps, seed, now, entry + 3)
 
 
 @inlined
@@ -112,11 +128,14 @@ def fill_platoon(episode: State, c: Drawn, r: Rules, at: Record, row: FloatArray
 @inlined
 def fill_ordered(episode: State, c: Drawn, r: Rules, at: Record, row: FloatArray) -> None:
     """Detectors, alarms, growths and controllers of the vehicles with orders, as far as there are fields for them."""
-    ordered, rear = episode.armed.size + r.hidden, at.rear_detector
-    unwatched = (rear - at.front_detector + 1) - (at.alarm - rear)  # from the rear on, that can have nobody behind
+    rear, i = at.rear_detector, -1
+    watching, ordered = rear - at.front_detector, at.growth - at.alarm  # those that may have somebody ahead; all
+    unwatched = ordered - (at.alarm - rear)  # from the rear on, that can have nobody behind
     for k in range(ordered):
-        i = k + (k >= c.attacker and not r.hidden)
-        if k < ordered - 1 and not r.hidden:
+        i = next_ordered(episode, i, r)
+        if i >= c.num_vehicles:
+            break
+        if k < watching:
             row[at.front_detector + k] = episode.front_detector[i]
         if k >= unwatched and not r.hidden:
             row[rear + k - unwatched] = episode.rear_detector[i]
@@ -131,7 +150,7 @@ def fill_ordered(episode: State, c: Drawn, r: Rules, at: Record, row: FloatArray
 def fill_vehicle(episode: State, i: int, c: Drawn, r: Rules, at: Record, row: FloatArray) -> None:
     """The own row of vehicle `i`."""
     leader, entry, deviation = episode.speed.size - 1, LOCAL + PER_VEHICLE * i, r.acceleration_noise_mps2
-    sense_sides(episode, i, entry, c, r, at, row)
+    sense_sides(episode, i, entry, 0, c, r, at, row)
     row[at.leads], row[at.trails] = i == leader, i == 0
     row[at.speed], row[at.reference_speed] = episode.speed[i], c.reference_speed_mps
     if i == leader:

@@ -19,7 +19,9 @@ class Metrics(NamedTuple):
         float, Measure("m or m/s", "formation_weight times the formation cost, in the unit of damage")
     ]
     formation_cost_s: Annotated[float, Measure("s", "integral of the scattering c of the platoon")]
-    damage_ahead: Annotated[float, Measure("m or m/s", "part of the damage between the seized vehicle and the leader")]
+    damage_ahead: Annotated[
+        float, Measure("m or m/s", "part of the damage between the rearmost seized vehicle and the leader")
+    ]
     collisions: Annotated[float, Measure("", "contacts of two vehicles")]
     first_collision_s: Annotated[float, Measure("s", "time of the first contact; -1 if there was none")]
     alarms: Annotated[float, Measure("", "intact vehicles that have detected an attack")]

@@ -26,6 +26,18 @@ class Truth:
         seats: IntArray = self._drawn["attacker"]
         return seats
 
+    @property
+    def rogue(self) -> BoolArray:
+        """The seized vehicles, (B, n)."""
+        seized: BoolArray = self._state.rogue
+        return seized
+
+    @property
+    def seats(self) -> IntArray:
+        """The same as numbers (B, k), 0 = rear; before the first reset the first k."""
+        found: IntArray = np.argsort(~self.rogue, axis=1, kind="stable")[:, : self._config.num_seized]
+        return np.sort(found, axis=1)
+
     def attacked(self) -> BoolArray:
         """Where the attacker drives, (B,)."""
         begun: BoolArray = self._state.step >= self._drawn["onset_step"]
@@ -37,24 +49,32 @@ class Truth:
         return present
 
     def attacker(self) -> Observation:
-        """What the attacker is not told, (B, 16): exact gaps and rates, its neighbours' controllers, `_paid`."""
-        gap, rate = self._gaps()
-        rows, seats = np.arange(len(self.seat)), self.seat
-        behind = np.maximum(seats - 1, 0)
-        followed = np.where(seats > 0, 1.0, 0.0)
-        sides = (gap[rows, seats], rate[rows, seats], followed * gap[rows, behind], followed * rate[rows, behind])
-        laws = self._state.controller[rows[:, np.newaxis], np.stack([seats + 1, behind], axis=1)]
-        kinds = (laws[..., np.newaxis] == np.arange(len(DRIVEN))).reshape(len(rows), -1)
-        return np.column_stack([*(side / 4 for side in sides), kinds, *self._paid()]).astype(np.float32)
+        """What the attacker is not told, (B, 16), of each of k seized vehicles (B, 16 k), see `seized`."""
+        told = self.seized()
+        return told.reshape(len(told), -1)
+
+    def seized(self) -> Observation:
+        """Of each seized vehicle exact gaps and rates, its neighbours' controllers, and `_paid`: (B, k, 16)."""
+        there, ends = self.there()[:, 1:], ((0, 0), (1, 1))  # beyond which nobody is
+        gap, rate = (np.pad(np.where(there, each, 0.0), ends) for each in self._gaps())
+        rows, seats = np.arange(len(self.seat))[:, np.newaxis], self.seats
+        sides = (gap[rows, seats + 1], rate[rows, seats + 1], gap[rows, seats], rate[rows, seats])
+        beside = np.stack([np.minimum(seats + 1, self._config.max_vehicles - 1), np.maximum(seats - 1, 0)], axis=-1)
+        laws = self._state.controller[rows[..., np.newaxis], beside]
+        kinds = (laws[..., np.newaxis] == np.arange(len(DRIVEN))).reshape(*seats.shape, -1)
+        paid = np.broadcast_to(np.stack(self._paid(), axis=1)[:, np.newaxis], (*seats.shape, 2))
+        own = np.stack([side / 4 for side in sides], axis=-1)
+        return np.concatenate([own, kinds, paid], axis=-1, dtype=np.float32)
 
     def defender(self) -> Observation:
         """What the defender is not told, (B, 9): `_episode` and the seat."""
         return np.column_stack([*self._episode(), self.seat / self._config.max_vehicles]).astype(np.float32)
 
     def vehicles(self) -> Observation:
-        """The same for each vehicle, (B, n, 13): `_episode`, how far it is from its place, and from the seized one."""
+        """The same for each vehicle, (B, n, 13): `_episode`, how far from its place, and from the next seized one."""
         shared = np.stack(self._episode(), axis=1)
-        away = np.arange(self._config.max_vehicles) - self.seat[:, np.newaxis]
+        apart = np.arange(self._config.max_vehicles)[:, np.newaxis] - self.seats[:, np.newaxis]
+        away = np.take_along_axis(apart, np.abs(apart).argmin(axis=2, keepdims=True), axis=2)[..., 0]
         own = np.stack([compressed(self._errors()) / 4, away / 4, away == 0, away == -1, away == 1], axis=-1)
         everywhere = np.broadcast_to(shared[:, np.newaxis], (*away.shape, shared.shape[1]))
         return np.concatenate([everywhere, own], axis=-1, dtype=np.float32)
@@ -87,9 +107,10 @@ class Truth:
         vehicles = np.arange(position.shape[1])
         places = reference[:, np.newaxis] - (count[:, np.newaxis] - 1 - vehicles) * self._config.separation_m
         if self._config.formation_cost == "open_place":
-            rows, seat = np.arange(len(position)), self.seat[:, np.newaxis]
-            beside = position[rows, self.seat][:, np.newaxis] + (vehicles - seat) * self._config.separation_m
-            open_places = np.where(vehicles < seat, np.minimum(places, beside), np.maximum(places, beside))
-            places = np.where(self.attacked()[:, np.newaxis], open_places, places)
+            attacked, rows = self.attacked()[:, np.newaxis], np.arange(len(position))[:, np.newaxis]
+            for seat in np.split(self.seats, self._config.num_seized, axis=1):
+                beside = position[rows, seat] + (vehicles - seat) * self._config.separation_m
+                open_places = np.where(vehicles < seat, np.minimum(places, beside), np.maximum(places, beside))
+                places = np.where(attacked, open_places, places)
         errors: FloatArray = places - position
         return errors

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from math import cos, pi
 
 
-def longest_stable_step_s(num_vehicles: int, seized: range, gain_per_s: float, *, disguised: bool) -> float:
+def longest_stable_step_s(
+    num_vehicles: int, seized: Iterable[Sequence[int]], gain_per_s: float, *, disguised: bool
+) -> float:
     """2 / (gain * lambda): below it explicit Euler follows the combined controller inside its boundary layer.
 
     lambda is the largest eigenvalue of the coupling K in e_front + e_rear = -K x of the vehicles that drive by the
-    sliding mode. K is tridiagonal, 2 and -1, with 1 for the rear vehicle, which has one neighbour. A seized vehicle
-    cuts the platoon in two; the maximum is taken over all places `seized` (1 = rear) that it may have, and over the
-    whole platoon if the seized vehicle is `disguised`, driving by the same law before its onset.
+    sliding mode. K is tridiagonal, 2 and -1, with 1 for the rear vehicle, which has one neighbour. Seized vehicles cut
+    the platoon; the maximum is taken over all places (1 = rear) that they may have together, and over the whole
+    platoon if they are `disguised`, driving by the same law before the onset.
     """
-    blocks = [largest_behind(place - 1) for place in seized] + [largest_ahead(num_vehicles - place) for place in seized]
+    blocks: list[float] = []
+    for places in seized:
+        blocks += [largest_behind(places[0] - 1), largest_ahead(num_vehicles - places[-1])]
+        blocks += [largest_ahead(ahead - behind - 1) for behind, ahead in pairwise(places)]
     if disguised:
         blocks.append(largest_behind(num_vehicles))
     return 2.0 / (gain_per_s * max(blocks))

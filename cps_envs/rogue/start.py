@@ -32,6 +32,7 @@ class Chances(NamedTuple):
 
     first_attacker: int
     last_attacker: int
+    leader_too: bool  # whether the leader may be
     fewest_vehicles: int
     most_vehicles: int
     attack_share: float
@@ -39,9 +40,11 @@ class Chances(NamedTuple):
 
 def chances_of(config: RogueConfig) -> Array:
     """The chances of a configuration as records (1,)."""
-    first, last = bounds(config.attacker_index)
+    first, last = config.seat_range
+    last = first if config.attacker_indices else last
+    leader_too = config.leader_may_be_seized
     fewest, most = bounds(config.num_vehicles)
-    return pack(Chances(int(first), int(last), int(fewest), int(most), config.attack_share))
+    return pack(Chances(first, last, leader_too, int(fewest), int(most), config.attack_share))
 
 
 def ranges_of(config: RogueConfig) -> Array:
@@ -58,6 +61,7 @@ class Builds(NamedTuple):
     low: FloatArray  # (5, m)
     width: FloatArray  # (5, m) of the intervals that are drawn from; nothing is drawn where it is 0
     each: BoolArray  # (5,) whether every vehicle has its own; else all have the first
+    further: IntArray  # (k - 1,) the other vehicles of k that attack together, 0 = rear
 
 
 def builds_of(config: RogueConfig) -> Builds:
@@ -67,7 +71,8 @@ def builds_of(config: RogueConfig) -> Builds:
     for q, value in enumerate(values):
         ends = spans(value)
         low[q], width[q] = ends[0], ends[1] - ends[0]
-    return Builds(low, width, np.array([names_each(value) for value in values]))
+    further = np.array(config.attacker_indices[1:], np.int64) - 1
+    return Builds(low, width, np.array([names_each(value) for value in values]), further)
 
 
 @kernel
@@ -111,6 +116,9 @@ def start_episodes(
             clear(view(state, b), score)
             episode = platoon(state, b, own.num_vehicles)
             build(stream, episode, own, builds)
+            episode.rogue[own.attacker] = True
+            for seat in builds.further:
+                episode.rogue[seat] = True
             own.attacker_drive_mps2 = (low.power_ratio + width.power_ratio * share.power_ratio) * own.drive_mps2
             if r.cycles:
                 episode.place[0] = places.first[halves[b], whole(stream, 0, places.counts[halves[b]])]
@@ -151,7 +159,8 @@ def build(stream: Array, episode: State, drawn: Record, builds: Builds) -> None:
 def draw_platoon(stream: Array, own: Record, chance: Chances) -> None:
     """Draw the number of vehicles, and who of them is seized."""
     own.num_vehicles = whole(stream, chance.fewest_vehicles, chance.most_vehicles + 1)
-    own.attacker = whole(stream, chance.first_attacker, min(chance.last_attacker, own.num_vehicles - 1) + 1) - 1
+    foremost = own.num_vehicles - (not chance.leader_too)
+    own.attacker = whole(stream, chance.first_attacker, min(chance.last_attacker, foremost) + 1) - 1
 
 
 @inlined
@@ -171,7 +180,9 @@ def clear(episode: State, score: Record) -> None:
     for counts in (episode.alarm, episode.controller, episode.collisions, episode.step):
         fill(counts, 0)
     fill(episode.armed, True)
-    episode.held_effort[0] = score.formation_cost_s = 0.0
+    fill(episode.held_effort, 0.0)
+    fill(episode.rogue, False)
+    score.formation_cost_s = 0.0
     score.first_collision_s = score.first_alarm_s = -1.0
     score.false_alarms = 0.0
 

@@ -31,7 +31,8 @@ class State(NamedTuple):
     collisions: IntArray  # (B, n - 1) how often the pair came into contact
     armed: BoolArray  # (B, n - 1) a contact would count as a new one
     step: IntArray  # (B,) integration steps done; the time is step * dt
-    held_effort: FloatArray  # (B,) that the attacker decided last
+    held_effort: FloatArray  # (B, n) that the attacker decided last for each seized vehicle; zero for the others
+    rogue: BoolArray  # (B, n) the seized vehicles
     drive_mps2: FloatArray  # (B, m) alpha of each vehicle; m is n, or 1 where all are alike
     drag_per_s: FloatArray  # (B, m) beta
     length_m: FloatArray  # (B, m) l
@@ -43,10 +44,10 @@ class State(NamedTuple):
 class Drawn(NamedTuple):
     """What an episode draws at its start; a reference that follows a series moves on with it."""
 
-    attacker: int  # the seized vehicle, 0 = rear
-    drive_mps2: float  # alpha of the seized vehicle's engine as it was built
+    attacker: int  # the seized vehicle, 0 = rear; of several the rearmost
+    drive_mps2: float  # alpha of that vehicle's engine as it was built
     attacker_drive_mps2: float  # alpha that the attacker gets out of it
-    drag_per_s: float  # beta of the seized vehicle
+    drag_per_s: float  # beta of that vehicle
     reference_speed_mps: float  # v_ref
     reference_start_m: float  # x_ref now minus v_ref times the time: at time 0, if v_ref stays the same
     onset_step: int  # integration step from which on the attacker drives; `NEVER` in an episode without an attack
@@ -114,7 +115,8 @@ def platoon(state: State, b: int, num_vehicles: int) -> State:
         collisions=episode.collisions[: n - 1],
         armed=episode.armed[: n - 1],
         step=episode.step,
-        held_effort=episode.held_effort,
+        held_effort=episode.held_effort[:n],
+        rogue=episode.rogue[:n],
         drive_mps2=episode.drive_mps2,
         drag_per_s=episode.drag_per_s,
         length_m=episode.length_m,
@@ -153,7 +155,8 @@ def allocate(num_envs: int, num_vehicles: int, num_bodies: int = 1) -> State:
         collisions=np.zeros(pairs, np.int64),
         armed=np.zeros(pairs, np.bool_),
         step=np.zeros(num_envs, np.int64),
-        held_effort=np.zeros(num_envs),
+        held_effort=np.zeros(vehicles),
+        rogue=np.zeros(vehicles, np.bool_),
         drive_mps2=np.zeros(bodies),
         drag_per_s=np.zeros(bodies),
         length_m=np.zeros(bodies),

@@ -15,12 +15,32 @@ from cps_envs.rogue.state import State
 
 
 def names_of(config: RogueConfig) -> tuple[str, ...]:
-    """`intact_1` (rear) to `intact_{n-1}` (leader), without the seized vehicle.
+    """`intact_1` (rear) to `intact_{n-1}` (leader), without the seized vehicles.
 
     With `orders="all"` `vehicle_1` to `vehicle_n`, with the seized one and those that an episode lacks.
     """
     name = "vehicle" if config.hidden else "intact"
     return tuple(f"{name}_{k + 1}" for k in range(config.num_orders))
+
+
+def seized_names(config: RogueConfig) -> tuple[str, ...]:
+    """`seized_2` and so on, by the seats of vehicles that attack together, 1 = rear; `attacker` where there is one."""
+    return tuple(f"seized_{seat}" for seat in config.attacker_indices) or ("attacker",)
+
+
+class SeizedTeam(Team):
+    """The agents of `seized_names`. They are one attacker, and share what it is paid alike."""
+
+    def __init__(self, config: RogueConfig, state: State, drawn: Array) -> None:
+        self.agents, self._truth = seized_names(config), Truth(config, state, drawn)
+
+    def rewards(self, payoff: FloatArray) -> FloatArray:
+        """Rewards (B, A), equal parts of the payoff (B,)."""
+        return -shared_alike(payoff, len(self.agents))
+
+    def privileged(self) -> Observation:
+        """What the attacker is not told, (B, A, p), see `privileged.Truth.seized`."""
+        return self._truth.seized()
 
 
 class VehicleTeam(Team):
@@ -51,7 +71,7 @@ class VehicleTeam(Team):
         """Rewards (B, k) since the last call in this episode, which sum to minus the payoff (B,) since then.
 
         The damage of a pair is charged to its two vehicles in equal parts, and what is left, the formation charge, to
-        all that the platoon has. What would fall to the seized vehicle, once it is driven, falls to the others. Another
+        all that the platoon has. What would fall to a seized vehicle, once it is driven, falls to the others. Another
         `payoff` is shared alike.
         """
         if not is_own(self._config):
@@ -61,7 +81,7 @@ class VehicleTeam(Team):
         self._charged, self._charged_in = self._damage.copy(), self._episodes.copy()
         driven = self._truth.there()
         seized = np.ones(len(payoff), np.bool_) if not self._config.hidden else self._truth.attacked()
-        driven[seized, self._truth.seat[seized]] = False
+        driven &= ~(self._truth.rogue & seized[:, np.newaxis])
         rear, front = 0.5 + 0.5 * (~driven[:, 1:]), 0.5 + 0.5 * (~driven[:, :-1])
         charge = np.zeros(driven.shape)
         charge[:, :-1] += damage * rear * driven[:, :-1]
@@ -73,6 +93,5 @@ class VehicleTeam(Team):
         """The rows (B, k, ...) of those that get orders, from those of all vehicles (B, n, ...)."""
         if self._config.hidden:
             return vehicles
-        others = np.arange(vehicles.shape[1]) != self._truth.seat[:, np.newaxis]
-        rest: Array = vehicles[others].reshape(len(vehicles), -1, *vehicles.shape[2:])
+        rest: Array = vehicles[~self._truth.rogue].reshape(len(vehicles), -1, *vehicles.shape[2:])
         return rest

@@ -21,7 +21,7 @@ watched = partial(episodes.watched, ROGUE)
 
 
 def go(game: RogueGame, attack: Array | float = 1.0, defense: Any = None, num_steps: int = 1) -> Array:
-    actions = {"attacker": np.full((game.num_envs, 1), attack)}
+    actions = {"attacker": np.full((game.num_envs, game.config.num_seized), attack)}
     if defense is not None:
         actions["defender"] = np.stack([np.asarray(defense)] * game.num_envs)
     return game.advance(actions, np.ones(game.num_envs, bool), num_steps)

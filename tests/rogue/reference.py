@@ -38,6 +38,10 @@ class Reference:
         self.s = np.full(n + 1, self.c.separation_m)
         self.start, self.k, self.damage, self.armed = self.x[n], 0, np.zeros(n), [True] * n
 
+    @property
+    def seats(self) -> tuple[int, ...]:
+        return self.c.attacker_indices or (self.c.attacker_index,)  # type: ignore[return-value]
+
     def sliding(self, e: float, d: float, a_m: float) -> float:
         c = self.c
         gain = 2 * c.surface_slope_per_s * c.max_speed_mps + a_m + c.boundary_layer_mps
@@ -109,14 +113,14 @@ class Reference:
             return self.follow(i, law)
         return self.human(i) if law == "human" else self.command[i]
 
-    def step(self, effort: float) -> None:
-        c, m = self.c, self.c.attacker_index
-        n = c.num_vehicles
-        alpha = {i: c.drive_mps2 * (self.ratio if i == m else 1.0) for i in range(1, n + 1)}
-        force = {m: effort}
-        wanted = {i: self.desired(i) for i in range(1, n + 1) if i != m}
+    def step(self, *efforts: float) -> None:
+        """One integration step under the efforts of the seized vehicles, from the rear."""
+        c, n = self.c, self.c.num_vehicles
+        alpha = {i: c.drive_mps2 * (self.ratio if i in self.seats else 1.0) for i in range(1, n + 1)}
+        force = dict(zip(self.seats, efforts, strict=True))
+        wanted = {i: self.desired(i) for i in range(1, n + 1) if i not in self.seats}
         if self.k * c.dt_s < self.onset_s - 1e-9:
-            wanted[m] = self.sliding(*self.combined(m), c.max_acceleration_mps2)
+            wanted |= {m: self.sliding(*self.combined(m), c.max_acceleration_mps2) for m in self.seats}
         for i, u in wanted.items():
             force[i] = clip((u + c.drag_per_s * self.v[i]) / alpha[i], c.min_effort, c.max_effort)
         for i in range(1, n + 1):

@@ -36,8 +36,8 @@ def test_episodes_draw_sizes_seats_and_whether_there_is_an_attack() -> None:
 def test_a_seat_out_of_reach_of_the_smallest_platoon_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="begin below 4"):
         ROGUE.config("learning", {"attacker_index": (4, 7)})
-    with pytest.raises(ConfigurationError, match=r"attacker_index = \(1, 7\); drawn"):
-        ROGUE.config("learning", {"attacker_index": (1, 8)})
+    with pytest.raises(ConfigurationError, match=r"\(1, 7\) for any vehicle but the leader"):
+        ROGUE.config("learning", {"attacker_index": (1, 9)})
 
 
 def test_nothing_that_the_defender_sees_marks_the_seized_vehicle_before_the_onset() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -24,7 +25,8 @@ def started(config: RogueConfig, seed: int) -> tuple[RogueGame, Reference]:
     game.reset(np.ones(1, bool), [np.random.default_rng(seed)])
     vehicles, c = view(game.state, 0), unpack(Drawn, game.drawn, 0)
     drawn = {name: getattr(c, name) for name in ("drive_mps2", "drag_per_s", "reference_speed_mps")}
-    exact = ROGUE.config("paper", {**vars(config), **drawn, "attacker_index": c.attacker + 1})
+    seats = {} if config.attacker_indices else {"attacker_index": c.attacker + 1}
+    exact = replace(config, **drawn, **seats)
     return game, Reference(
         exact,
         vehicles.position.copy(),
@@ -37,9 +39,9 @@ def started(config: RogueConfig, seed: int) -> tuple[RogueGame, Reference]:
     )
 
 
-def effort_of(action: float, reference: Reference) -> float:
-    """Section 8 with the effort that keeps the speed in the middle."""
-    c, m = reference.c, reference.c.attacker_index
+def effort_of(action: float, reference: Reference, m: int = 3) -> float:
+    """Section 8 with the effort that keeps the speed in the middle, of the seized vehicle m."""
+    c = reference.c
     cruise = min(c.drag_per_s * reference.v[m] / (reference.ratio * c.drive_mps2), c.max_effort)
     return cruise + action * (c.max_effort - cruise if action > 0 else cruise - c.min_effort)
 
@@ -48,9 +50,9 @@ def play(config: RogueConfig, seed: int, periods: int = 20) -> tuple[RogueGame, 
     """Random laws or commands and random efforts, in the game and in the reference."""
     game, reference = started(config, seed)
     generator = np.random.default_rng(seed)
-    intact = [i for i in range(1, config.num_vehicles + 1) if i != reference.c.attacker_index]
+    intact = [i for i in range(1, config.num_vehicles + 1) if i not in reference.seats]
     for _ in range(periods):
-        attack = generator.choice([-1.0, 1.0, generator.uniform(-1, 1)])
+        attack = [generator.choice([-1.0, 1.0, generator.uniform(-1, 1)]) for _ in reference.seats]
         laws, modified = generator.integers(0, [[len(CONTROLLERS)], [2]], (2, len(intact)))
         commands = generator.uniform(-1, 1, len(intact))
         mode = config.defense_action == "mode"
@@ -58,10 +60,10 @@ def play(config: RogueConfig, seed: int, periods: int = 20) -> tuple[RogueGame, 
         reference.laws = {i: CONTROLLERS[law] if mode else "command" for i, law in zip(intact, laws, strict=True)}
         reference.modified = dict(zip(intact, modified.tolist(), strict=True))
         reference.command = {i: u * (7.5 if u < 0 else 2.5) for i, u in zip(intact, commands, strict=True)}
-        effort = effort_of(attack, reference)
-        game.advance({"attacker": np.array([[attack]]), "defender": defense[np.newaxis]}, np.ones(1, bool), 1)
+        efforts = [effort_of(action, reference, m) for action, m in zip(attack, reference.seats, strict=True)]
+        game.advance({"attacker": np.array([attack]), "defender": defense[np.newaxis]}, np.ones(1, bool), 1)
         for _ in range(config.steps_per_period):
-            reference.step(effort)
+            reference.step(*efforts)
     return game, reference
 
 
@@ -84,6 +86,9 @@ STARTS: dict[str, dict[str, Any]] = {
     "pass, close": {"contact": "pass", "separation_m": 4.8, "spacing_spread_m": 0.1, "speed_spread_mps": 2.0},
     "quick alarms": {"alarm_threshold": 5.0, "separation_m": 6.0, "growth_interval_s": 0.05},
     "rear attacker": {"attacker_index": 1, "power_ratio": 1.2, "dt_s": 0.0005},
+    "the leader seized": {"attacker_index": 5, "power_ratio": 1.2, "dt_s": 0.0005, "contact": "solid"},
+    "two seized": {"attacker_indices": (2, 4), "power_ratio": 1.2, "contact": "solid"},
+    "neighbors and the leader": {"attacker_indices": (2, 3, 6), "num_vehicles": 6, "dt_s": 0.0005, "onset_s": 1.0},
     "long platoon": {"num_vehicles": 9, "attacker_index": 6, "dt_s": 0.0005, "contact": "solid"},
     "drawn": {
         "drive_mps2": (4.5, 5.5),

@@ -320,7 +320,7 @@ def test_the_attacker_drives_by_its_gains() -> None:
         x, v = game.state.position[0], game.state.speed[0]
         e = (x[3] - x[2] - 9.0) + (x[1] - x[2] + 9.0)
         wanted = 2.0 * e - 0.5 * ((v[3] - v[2]) + (v[1] - v[2]))
-        seen.append((float(np.clip((wanted + 0.1 * v[2]) / 5.0, -1.0, 1.0)), float(game.state.held_effort[0])))
+        seen.append((float(np.clip((wanted + 0.1 * v[2]) / 5.0, -1.0, 1.0)), float(game.state.held_effort[0, 2])))
 
     attacker = "gains?proportional=2&derivative=-0.5&kick_s=1"
     play_episodes(ROGUE, config, {"attacker": attacker, "defender": "pd"}, [0], on_step=look)

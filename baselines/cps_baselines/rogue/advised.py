@@ -13,6 +13,7 @@ from cps_baselines.rogue.families import guard
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.identify import known
 from cps_baselines.rogue.monitor import NOBODY, Monitor
+from cps_baselines.rogue.reading import require_one
 from cps_baselines.rogue.switching import SIGNALS, switch
 from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.errors import ConfigurationError
@@ -41,10 +42,14 @@ class Contesting(Effort):
 
     `contested` drives in full where a form of what it sees is above zero, else it brakes in full; its weights were
     searched against `monitor`. The action, Box (1,), times `TURN` is added to the form. Zero is `contested`.
+
+    Raises:
+        ConfigurationError: several vehicles attack together.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
+        require_one(spec, self)
         self._weights = known().weights[known().against.index(ADVISOR)]  # (7,)
         self.action_space, self.neutral_action = spaces.Box(-1.0, 1.0, (1,), np.float32), np.zeros(1, np.float32)
         self.fields = Fields(*self.fields, Field("turned", "-", -1, 1, (), "its last effort"))

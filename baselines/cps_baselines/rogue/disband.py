@@ -75,7 +75,9 @@ def _disband(
 @inlined
 def followed_error(observation: Observation, at: Record, scale: FloatArray, b: int, k: int) -> float:
     """The error e, m, of intact vehicle `k` on the side of its alarm, where its separation has grown."""
-    i = k if at.present == at.attacker_index else k + (k >= round(read(observation, scale, b, at.attacker_index)) - 1)
+    i = k
+    for seat in range(at.attacker_index, at.present):
+        i += i >= round(read(observation, scale, b, seat)) - 1
     growth = read(observation, scale, b, at.growth + k)
     if read(observation, scale, b, at.alarm + k) > 0.5:
         leads = i == at.gap_rate - at.gap_error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.family import as_records
+from cps_baselines.rogue.reading import require_one
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Generators, Knowledge, State
@@ -20,13 +21,15 @@ class Escort(AnalyticPolicy):
     (19,), or (B, 19) with one set per episode: `Ways`.
 
     Raises:
-        ConfigurationError: the environment offers no accelerations beside the controllers, or marks the seized vehicle.
+        ConfigurationError: the environment offers no accelerations beside the controllers, or marks the seized vehicle,
+            or several attack together.
     """
 
     privileged = frozenset({"truth"})
 
     def __init__(self, spec: RoleSpec, numbers: FloatArray) -> None:
         super().__init__(spec)
+        require_one(spec, self)
         self.giving_way = GivingWay(spec, as_records(Ways, numbers))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.reading import since_onset
+from cps_baselines.rogue.reading import require_one, since_onset
 from cps_baselines.rogue.switching import Switching, switch
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policies.adapter import advises
@@ -45,10 +45,14 @@ class Identify(AnalyticPolicy):
     """Probes for `probe_s`, compares what it sees with known defenders, and answers the nearest one.
 
     The known defenders, their mean traces and the responses to them are in `contested.json`.
+
+    Raises:
+        ConfigurationError: several vehicles attack together.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
+        require_one(spec, self)
         self.known = known()
         self.searched_numbers = self.known.weights.size + self.known.probe.size
 

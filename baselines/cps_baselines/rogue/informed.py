@@ -11,6 +11,7 @@ import numpy as np
 
 from cps_baselines.rogue.controllers import require_modes
 from cps_baselines.rogue.monitor import NOBODY, Division, divide, division_of
+from cps_baselines.rogue.reading import require_one
 from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.policies.policy import AnalyticPolicy, Policy, RoleSpec
@@ -37,7 +38,7 @@ class Informed(AnalyticPolicy):
     With a delay it shows what a detection that takes so long could reach at best.
 
     Raises:
-        ConfigurationError: unknown letters, or an environment that takes accelerations.
+        ConfigurationError: unknown letters, or an environment that takes accelerations, or several attack together.
     """
 
     privileged = frozenset({"truth", "opponent"})
@@ -54,6 +55,7 @@ class Informed(AnalyticPolicy):
     ) -> None:
         super().__init__(spec)
         require_modes(spec, self)
+        require_one(spec, self)
         self.delay_s = delay_s
         other = division_of(before, apart or "fffff", evade, near_m, horizon_s)
         rows = {} if apart else responses()

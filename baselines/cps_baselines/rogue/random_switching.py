@@ -41,9 +41,10 @@ class RandomSwitching(AnalyticPolicy):
         return signs
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-        """The actions (B, 1), each -1 or 1."""
+        """The actions (B, seats), each -1 or 1, alike for all seats."""
         (signs,) = state
         left = np.round(seen["time_left_s"] / self.spec.decision_interval_s)
         decision = signs.shape[1] - left.astype(np.int64)
         now = np.clip(decision, 0, signs.shape[1] - 1)
-        return signs[np.arange(len(signs)), now][:, np.newaxis], state
+        drawn = signs[np.arange(len(signs)), now][:, np.newaxis]
+        return np.repeat(drawn, self.spec.neutral_action.size, axis=1), state

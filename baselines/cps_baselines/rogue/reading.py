@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from cps_envs.core.compute.kernels import Record, clip, inlined
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import FloatArray, Observation, State
 from cps_envs.rogue.reading import read
@@ -12,14 +16,32 @@ from cps_envs.rogue.reading import read
 
 @inlined
 def linear_effort(
-    observation: Observation, scale: FloatArray, b: int, at: Record, gains: tuple[float, float], e: Record
+    observation: Observation, scale: FloatArray, b: int, seat: int, at: Record, gains: tuple[float, float], e: Record
 ) -> float:
-    """The effort by which the linear law (5.15) drives environment `b`, within the limits; gains in 1/s2 and 1/s."""
-    speed, ratio = read(observation, scale, b, at.speed), read(observation, scale, b, at.power_ratio)
-    error = read(observation, scale, b, at.front_gap_error) - read(observation, scale, b, at.rear_gap_error)
-    rate = read(observation, scale, b, at.front_gap_rate) - read(observation, scale, b, at.rear_gap_rate)
+    """The effort by which the linear law (5.15) drives a seized vehicle of environment `b`, within the limits.
+
+    `seat` counts the seized vehicles from the rear; gains are in 1/s2 and 1/s.
+    """
+    speed, ratio = read(observation, scale, b, at.speed + seat), read(observation, scale, b, at.power_ratio)
+    ahead_m, behind_m = at.front_gap_error + seat, at.rear_gap_error + seat
+    error = read(observation, scale, b, ahead_m) - read(observation, scale, b, behind_m)
+    rates = at.front_gap_rate + seat, at.rear_gap_rate + seat
+    rate = read(observation, scale, b, rates[0]) - read(observation, scale, b, rates[1])
     wanted = gains[0] * error + gains[1] * rate + e.drag_per_s * speed
     return float(clip(wanted / (ratio * e.drive_mps2), e.min_effort, e.max_effort))
+
+
+def require_one(spec: RoleSpec, policy: Any) -> None:
+    """Refuse platoons in which several vehicles attack together.
+
+    Raises:
+        ConfigurationError: this is one.
+    """
+    if spec.config.num_seized > 1:
+        raise ConfigurationError(
+            f"{type(policy).__name__} knows one attacker, and attacker_indices = {spec.config.attacker_indices}: give "
+            "attacker_index, or take a policy that treats all vehicles alike"
+        )
 
 
 def since_onset(seen: Seen, state: State | None, duration_s: float) -> tuple[FloatArray, FloatArray]:

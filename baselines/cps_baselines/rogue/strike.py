@@ -36,9 +36,9 @@ class Striking(AnalyticPolicy):
         self._pattern, self._bodies = pack(pattern), bodies_of(spec.config)
 
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
-        """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
+        """The actions (B, seats); the state holds the onsets (B,) in s, which are observed until they have passed."""
         since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
-        actions = np.empty((len(seen), 1))
+        actions = np.empty((len(seen), *self.spec.neutral_action.shape))
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
         _strike(*shown, since_s + 0.5 * self.spec.decision_interval_s, self._pattern, self._bodies, actions)
         return actions, (onset_s,)
@@ -76,14 +76,15 @@ def _strike(
     bodies: Array,
     actions: FloatArray,
 ) -> None:
-    """Fill the actions (B, 1) of times `since_s` (B,) after the onset."""
+    """Fill the actions (B, seats) of times `since_s` (B,) after the onset."""
     at, p = offsets[0], unpack(Pattern, pattern, 0)
     for b in range(since_s.size):
-        e = body_of(bodies, int(read(observation, scale, b, at.attacker_index) - 0.5))
-        speed, ratio = read(observation, scale, b, at.speed), read(observation, scale, b, at.power_ratio)
-        proportional = e.proportional_gain if np.isnan(p.proportional_per_s2) else p.proportional_per_s2
-        derivative = e.derivative_gain if np.isnan(p.derivative_per_s) else p.derivative_per_s
-        effort = linear_effort(observation, scale, b, at, (proportional, derivative), e)
-        if (since_s[b] % p.period_s if p.period_s > NEVER_AGAIN else since_s[b]) < p.strike_s:
-            effort = p.effort
-        actions[b, 0] = action_for(effort, speed, ratio, e)
+        ratio = read(observation, scale, b, at.power_ratio)
+        for seat in range(actions.shape[1]):
+            e = body_of(bodies, int(read(observation, scale, b, at.attacker_index + seat) - 0.5))
+            proportional = e.proportional_gain if np.isnan(p.proportional_per_s2) else p.proportional_per_s2
+            derivative = e.derivative_gain if np.isnan(p.derivative_per_s) else p.derivative_per_s
+            effort = linear_effort(observation, scale, b, seat, at, (proportional, derivative), e)
+            if (since_s[b] % p.period_s if p.period_s > NEVER_AGAIN else since_s[b]) < p.strike_s:
+                effort = p.effort
+            actions[b, seat] = action_for(effort, read(observation, scale, b, at.speed + seat), ratio, e)

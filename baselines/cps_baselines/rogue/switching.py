@@ -8,7 +8,6 @@ from importlib.resources import files
 
 import numpy as np
 
-from cps_baselines.rogue.reading import recalled
 from cps_envs.core.compute.kernels import kernel
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec
@@ -32,7 +31,8 @@ class Switching(AnalyticPolicy):
     """Drives or brakes fully, by the sign of a linear form in five signals, with a hysteresis.
 
     The form is w . [(gap_f - sigma)/sigma, rate_f/(5 m/s), (gap_r - sigma)/sigma, rate_r/(5 m/s), (v - v_ref)/(10 m/s),
-    1]; the sign changes where it exceeds |w_7|, and is + at the start. `weights` is (7,), or (B, 7) with one set per
+    1]; the sign changes where it exceeds |w_7|, and is + at the start. Of several seized vehicles each goes by its own
+    signals. `weights` is (7,), or (B, 7) with one set per
     episode. Without, those that the search found against a defender, or against `all`, at the nearest power ratio.
 
     Raises:
@@ -51,18 +51,19 @@ class Switching(AnalyticPolicy):
         self.searched_numbers = self.sets.size if self._by_ratio else 0
 
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
-        """The actions (B, 1), each -1 or 1, which are also the state (B,)."""
-        sign = recalled(np.ones(len(seen)), seen, state)
+        """The actions (B, seats), each -1 or 1, which are also the state."""
+        first = np.ones((len(seen), *self.spec.neutral_action.shape))
+        sign = first if state is None else np.where(seen.start[:, np.newaxis], first, state[0])
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
         _switch(*shown, self.spec.config.separation_m, self.ratios, np.atleast_2d(self.sets), self._by_ratio, sign)
-        return sign[:, np.newaxis], (sign,)
+        return sign.copy(), (sign,)
 
 
 def switch(seen: Seen, separation_m: float, weights: FloatArray, sign: FloatArray) -> FloatArray:
     """The signs (B,) after those of the last decision, by weights (B, 7)."""
-    signs, shown = sign.copy(), (seen.observation, seen.fields.offsets, seen.fields.scale)
+    signs, shown = sign[:, np.newaxis].copy(), (seen.observation, seen.fields.offsets, seen.fields.scale)
     _switch(*shown, separation_m, np.ones(1), weights, False, signs)
-    return signs
+    return signs[:, 0]
 
 
 @kernel
@@ -76,20 +77,21 @@ def _switch(
     by_ratio: bool,
     sign: FloatArray,
 ) -> None:
-    """Bring the signs (B,) of the last decision up to date."""
+    """Bring the signs (B, seats) of the last decision up to date."""
     at = offsets[0]
-    for b in range(sign.size):
+    for b in range(sign.shape[0]):
         row = nearest(ratios, read(observation, scale, b, at.power_ratio)) if by_ratio else b % sets.shape[0]
         weights = sets[row]
-        form = weights[0] * (read(observation, scale, b, at.front_gap_error) / separation_m)
-        form += weights[1] * (read(observation, scale, b, at.front_gap_rate) / RATE_MPS)
-        form += weights[2] * (read(observation, scale, b, at.rear_gap_error) / separation_m)
-        form += weights[3] * (read(observation, scale, b, at.rear_gap_rate) / RATE_MPS)
-        excess = read(observation, scale, b, at.speed) - read(observation, scale, b, at.reference_speed)
-        form += weights[4] * (excess / EXCESS_MPS)
-        form += weights[5]
-        if abs(form) > abs(weights[6]):
-            sign[b] = np.sign(form)
+        for seat in range(sign.shape[1]):
+            form = weights[0] * (read(observation, scale, b, at.front_gap_error + seat) / separation_m)
+            form += weights[1] * (read(observation, scale, b, at.front_gap_rate + seat) / RATE_MPS)
+            form += weights[2] * (read(observation, scale, b, at.rear_gap_error + seat) / separation_m)
+            form += weights[3] * (read(observation, scale, b, at.rear_gap_rate + seat) / RATE_MPS)
+            excess = read(observation, scale, b, at.speed + seat) - read(observation, scale, b, at.reference_speed)
+            form += weights[4] * (excess / EXCESS_MPS)
+            form += weights[5]
+            if abs(form) > abs(weights[6]):
+                sign[b, seat] = np.sign(form)
 
 
 def _found_against(defender: str) -> tuple[FloatArray, FloatArray]:

@@ -27,7 +27,7 @@ def gap_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     marks: list[Mark] = [LevelLine(scene.desired_gap_m, MUTED), LevelLine(0.0, DAMAGE, solid=True), *onsets(scene)]
     words = []
     for pair, name, color in ((scene.attacker - 1, "behind", BEHIND), (scene.attacker, "ahead", AHEAD)):
-        if pair >= 0:
+        if 0 <= pair < len(scene.gap):
             words.append((f"{name} {decimal(float(scene.gap[pair]))}", color))
             marks += trace(scene, curves, curves["gap"][:, pair], color)
     return Panel(plot, "Gaps beside the attacker (m):", marks, words=words)
@@ -39,12 +39,13 @@ def speed_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     marks: list[Mark] = [LevelLine(scene.reference_speed_mps, MUTED), *onsets(scene)]
     if scene.config.has_cycle:
         marks[0] = Line(time, curves["reference_speed_mps"], MUTED)
-    others = [i for i in range(len(scene.speed)) if abs(i - m) > 1]
+    others = [i for i in range(len(scene.speed)) if abs(i - m) > 1 and not scene.rogue[i]]
     marks += [Line(time, curves["speed"][:, i], OTHER, thin=True) for i in others]
     for i, name, color in ((m - 1, "behind", BEHIND), (m + 1, "ahead", AHEAD), (m, "attacker", ATTACKER)):
-        if i >= 0:
+        if 0 <= i < len(scene.speed):
             words.append((f"{name} {scene.speed[i]:.1f}", color))
             marks += trace(scene, curves, curves["speed"][:, i], color)
+    marks += [Line(time, curves["speed"][:, i], ATTACKER, thin=True) for i in scene.seized if i > m]
     marks += [draw_strip_names, partial(draw_effort, scene, time, curves["effort"])]
     return Panel(plot, "Speeds (m/s):", marks, words=words)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cps_envs.core.picture.canvas import SMALL, Box, Canvas
 from cps_envs.core.picture.palette import MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT
@@ -28,9 +30,8 @@ def draw_overview(canvas: Canvas, scene: Scene, box: Box) -> None:
         canvas.box(seen, tint(WHITE, 0.22, ASPHALT))
         x = left + MARK + (scene.reference_m - low) * scale
         canvas.box((x - MARK / 2 - 2, top + 1, MARK + 4, height - 2), WHITE, border=1)
-        order = [i for i in range(len(scene.position)) if i != scene.attacker]
-        for i in (*order, scene.attacker):
-            x, inset = left + MARK + (float(scene.position[i]) - low) * scale, 1 if i == scene.attacker else 3
+        for i in np.argsort(scene.rogue, kind="stable").tolist():
+            x, inset = left + MARK + (float(scene.position[i]) - low) * scale, 1 if scene.rogue[i] else 3
             canvas.box((x - MARK / 2, top + inset, MARK, height - 2 * inset), LAW_COLORS[scene.law[i]])
     metres = high - low
     label = f"{metres:.0f} m" if metres < 1000 else f"{metres / 1000:.2f} km"

@@ -18,7 +18,7 @@ NARROWEST_NUMBERED = 36  # pixels of a column, below which values are not writte
 
 def gaps(plot: Plot, scene: Scene) -> Panel:
     """The gap of each pair, and ticks beside it where a separation has grown and the gap is to follow."""
-    colors = {scene.attacker: AHEAD, scene.attacker - 1: BEHIND}  # pairs with the attacker stand out
+    colors = {pair: color for i in scene.seized for pair, color in ((i - 1, BEHIND), (i, AHEAD))}  # they stand out
     marks: list[Mark] = [LevelLine(scene.desired_gap_m, MUTED)]
     for pair, gap in enumerate(scene.gap.tolist()):
         marks += pair_marks(plot, pair, gap, colors.get(pair, OTHER) if gap >= 0 else DAMAGE)
@@ -77,12 +77,12 @@ def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
     for i, law in enumerate(scene.law):
         x = plot.middle(i)
         canvas.box((x - badge / 2, y - 7, badge, 14), LAW_COLORS[law], radius=3)
-        canvas.text(str(i + 1), (x, y + 1), WHITE if i == scene.attacker else INK, SMALL, align=0.5)
+        canvas.text(str(i + 1), (x, y + 1), WHITE if scene.rogue[i] else INK, SMALL, align=0.5)
         if scene.growth[i] > 0:
             unit, size = (" m", SMALL) if wide else ("", SMALL - 2)
             canvas.text(f"+{scene.growth[i]:g}{unit}", (x, y + 15), MUTED, size, align=0.5)
 
 
 def bands(plot: Plot, scene: Scene) -> list[tuple[Box, Color]]:
-    """The attacker's column."""
-    return [(plot.column(scene.attacker), tint(ATTACKER, 0.13))]
+    """The attacker's columns."""
+    return [(plot.column(i), tint(ATTACKER, 0.13)) for i in scene.seized]

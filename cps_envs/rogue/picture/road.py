@@ -109,12 +109,12 @@ def draw_vehicles(canvas: Canvas, road: RoadWindow) -> None:
     """The vehicles in the colours of their laws, the attacker over the others, with brake lights and alarms."""
     scene, top = road.scene, road.middle - road.height / 2
     rimmed = road.height >= SMALLEST_RIMMED
-    order = [*np.delete(np.arange(len(road.centre)), scene.attacker).tolist(), scene.attacker]
+    order = np.argsort(scene.rogue, kind="stable").tolist()
     for i in order:
         car = road.cars[i]
         at = (float(road.centre[i]) - car[0] / 2, top)
         if road.sees(i):
-            draw_car(canvas, at, car, LAW_COLORS[scene.law[i]], WHITE if rimmed and i == scene.attacker else None)
+            draw_car(canvas, at, car, LAW_COLORS[scene.law[i]], WHITE if rimmed and scene.rogue[i] else None)
             draw_lights(canvas, car, at, float(scene.acceleration[i]))
             draw_alarm(canvas, road, i, int(scene.alarm[i]))
 
@@ -171,7 +171,7 @@ def draw_labels(canvas: Canvas, road: RoadWindow) -> None:
     shown = [i for i in np.argsort(road.centre, kind="stable").tolist() if road.sees(i)]
     ends: dict[int, tuple[float, float]] = {}
     for i in shown:
-        label, seized = str(i + 1), i == scene.attacker
+        label, seized = str(i + 1), bool(scene.rogue[i])
         reach = canvas.text_width(label, INK, 17) / 2 + (5 if seized else 1)
         x = max(min(max(float(road.centre[i]), left + reach), left + width - reach), free + reach)
         if seized:

@@ -20,9 +20,10 @@ class Scene:
     config: RogueConfig
     episode: int  # differs between the episodes of a game
     time_s: float
-    attacker: int  # index of the seized vehicle, 0 = rear
+    attacker: int  # index of the seized vehicle, 0 = rear; of several the rearmost
+    rogue: BoolArray  # (n,) the seized vehicles
     onset_s: float  # from when on the attacker drives; inf in an episode without an attack
-    effort: float  # of the seized vehicle
+    effort: float  # of that vehicle
     power_ratio: float
     length: FloatArray  # (n,) m, of the vehicles
     position: FloatArray  # (n,) m, of the centres
@@ -31,7 +32,7 @@ class Scene:
     reference_m: float  # where the leader ought to be
     reference_speed_mps: float
     growth: FloatArray  # (n,) m, separation set-points minus sigma, the `separation_m` of the configuration
-    law: tuple[str, ...]  # (n,) that each vehicle drives by; "attacker" for the seized one
+    law: tuple[str, ...]  # (n,) that each vehicle drives by; "attacker" for a seized one
     alarm: IntArray  # (n,) 1: front neighbour detected, -1: rear one, 0: none
     detector: FloatArray  # (n, 2) m2/s3, z of the front and the rear side
     touching: BoolArray  # (n - 1,) pairs in contact or in the wrong order, until they are apart again
@@ -43,6 +44,12 @@ class Scene:
         """Distances (n - 1,) in m between the bumpers of each pair; below zero they overlap or are in wrong order."""
         gap: FloatArray = np.diff(self.position) - 0.5 * (self.length[1:] + self.length[:-1])
         return gap
+
+    @property
+    def seized(self) -> list[int]:
+        """The seized vehicles, 0 = rear."""
+        seats: list[int] = np.flatnonzero(self.rogue).tolist()
+        return seats
 
     @property
     def blamed(self) -> list[int]:
@@ -62,12 +69,13 @@ def scene_of(state: State, drawn: Array, b: int, config: RogueConfig, metrics: d
     episode = State._make(part.copy() for part in platoon(state, b, c.num_vehicles))
     names = ["commanded" if number == COMMANDED else DRIVEN[number] for number in episode.controller.tolist()]
     if not config.hidden or episode.step[0] > c.onset_step:
-        names[c.attacker] = "attacker"
+        names = ["attacker" if seized else name for name, seized in zip(names, episode.rogue.tolist(), strict=True)]
     return Scene(
         config=config,
         episode=c.noise_seed,
         time_s=float(episode.step[0] * config.dt_s),
         attacker=c.attacker,
+        rogue=episode.rogue,
         onset_s=c.onset_step * config.dt_s if c.onset_step < NEVER else np.inf,
         effort=float(episode.effort[c.attacker]),
         power_ratio=c.attacker_drive_mps2 / c.drive_mps2,

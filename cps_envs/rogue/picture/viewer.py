@@ -108,7 +108,13 @@ def subtitle(scene: Scene) -> str:
     if scene.onset_s == np.inf:
         return f"{vehicles}, an episode without an attack; {contact}"
     power = "" if scene.power_ratio == 1 else f", {scene.power_ratio:.3g} times as strong as the others"
-    return f"{vehicles}, the attacker drives {scene.attacker + 1}{power}; {contact}"
+    return f"{vehicles}, the attacker drives {seats_of(scene)}{power}; {contact}"
+
+
+def seats_of(scene: Scene) -> str:
+    """The numbers of the seized vehicles: "2 and 4"."""
+    *others, last = (str(i + 1) for i in scene.seized)
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def cards(scene: Scene) -> list[tuple[str, str]]:
@@ -116,7 +122,7 @@ def cards(scene: Scene) -> list[tuple[str, str]]:
     config, metrics, unit = scene.config, scene.metrics, UNITS[scene.config.contact]
     charge = f"{metrics['formation_charge']:.1f} {unit}"
     scattering = [("Scattering", charge)] if config.formation_weight_mps2 > 0 else []
-    intact = len(scene.position) - (not config.hidden)
+    intact = len(scene.position) - (0 if config.hidden else len(scene.seized))
     return [
         ("Attacker's speed", f"{scene.speed[scene.attacker]:.1f} m/s"),
         ("Damage", f"{metrics['damage']:.1f} {unit}"),
@@ -153,7 +159,8 @@ def caption_of(scene: Scene) -> str:
 def belief(scene: Scene) -> str:
     """Whom the alarms blame, beside what is true."""
     blamed = ", ".join(str(vehicle + 1) for vehicle in scene.blamed) or "nobody"
-    true = f"{scene.attacker + 1} attacks from {scene.onset_s:.1f} s on" if scene.onset_s < np.inf else "nobody attacks"
+    attacks = "attacks" if len(scene.seized) == 1 else "attack"
+    true = f"{seats_of(scene)} {attacks} from {scene.onset_s:.1f} s on" if scene.onset_s < np.inf else "nobody attacks"
     return f"Alarms blame {blamed}; {true}"
 
 
