@@ -1,4 +1,4 @@
-"""The building and its controller: heating by the gains of (4.18) or by a plan (4.17), and one step of (4.5)."""
+"""The building and its controller: heating by gains (4.18), by a plan (4.17) or on and off, and one step of (4.5)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,14 @@ def heat(model: Model, rules: Rules, episode: State, change: FloatArray, desk: D
     """Set the heating of this step from xh(k), which the controller was fed, and dxh(k), both (n,) C.
 
     The integrator u_c is continuous and within the limits of the plant, [0, E]; only what is applied is rounded to a
-    level (4.18). On levels the next step goes on from what was applied.
+    level (4.18). On levels the next step goes on from what was applied. Thermostats have no integrator; theirs is what
+    they switched on.
     """
     if rules.plans:
         plan(model, rules, episode, change, desk)
         copy(episode.plan[0], episode.integrator)
+    elif rules.switches:
+        switch(model, rules, episode, episode.fed, episode.integrator)
     else:
         add_gains(model, rules, episode, change)
     for i in range(len(change)):
@@ -41,6 +44,22 @@ def add_gains(model: Model, rules: Rules, episode: State, change: FloatArray) ->
             du += model.error_gain[i, j] * (model.reference[now, j] - episode.fed[j])
             du -= model.difference_gain[i, j] * change[j]
         episode.integrator[i] = clip(episode.integrator[i] + du, model.least_w[i], model.most_w[i])
+
+
+@inlined
+def switch(model: Model, rules: Rules, episode: State, temperature: FloatArray, power: FloatArray) -> None:
+    """A thermostat in each zone, (n,) C to (n,) W: all of the heating below the band, none above it, and as before in
+    it. A plant that cools does so with all its power above the band; in the band it stops where it passes the set-point.
+    """
+    wanted = model.reference[episode.first[0] + episode.step[0]]
+    for i in range(len(power)):
+        error = temperature[i] - wanted[i]
+        if error < -rules.hysteresis_c:
+            power[i] = model.most_w[i]
+        elif error > rules.hysteresis_c:
+            power[i] = model.least_w[i]
+        elif model.least_w[i] < 0.0 and power[i] * error > 0.0:
+            power[i] = 0.0
 
 
 @inlined

@@ -31,6 +31,8 @@ class Rules(NamedTuple):
     move_weight: float  # R
     plans: bool  # the controller solves (4.17) with its limits
     on_levels: bool  # and goes on from the level that was applied
+    switches: bool  # the controller is a thermostat in each zone
+    hysteresis_c: float
     threshold_c2: float  # eps of MTD2
     model_error: float
     unmeasured_heat_w: float
@@ -136,10 +138,12 @@ def build_model(config: HvacConfig) -> Model:
 
 def rules_of(config: HvacConfig) -> Rules:
     """The numbers of a configuration that kernels use."""
+    plans = config.controller in ("qp", "levels")
     derived: dict[str, Any] = {
-        "plan_steps": config.prediction_steps if config.controller != "clip" else 0,
-        "plans": config.controller != "clip",
+        "plan_steps": config.prediction_steps if plans else 0,
+        "plans": plans,
         "on_levels": config.controller == "levels",
+        "switches": config.controller == "on_off",
         "filter_memory": memory(config),
         "innovation_share": min(1.0, config.step_s / (3600.0 * MEAN_H)),
         "any_base": config.attack_action == "any",

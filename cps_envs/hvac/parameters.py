@@ -69,8 +69,12 @@ class Parameters:
     move_weight: float = quantity(0.25, unit="C2/W2", low=1e-9, high=1e9, source=f"{CALIBRATED}; R = 0.25 I, Q = I")
     controller: str = quantity(
         "clip",
-        choices=("clip", "qp", "levels"),
-        source="chosen: (4.17) without limits, then clipped; with 0 <= u <= E; the same, from level to level",
+        choices=("clip", "qp", "levels", "on_off"),
+        source="chosen: (4.17) without limits, then clipped; with 0 <= u <= E; the same, from level to level; or the "
+        "thermostats that 1.2.1 compares with",
+    )
+    hysteresis_c: float = quantity(
+        0.5, unit="C", low=0, high=40, source='chosen: "on_off" switches at this distance from the set-point'
     )
     num_sensors: int = quantity(4, low=1, high=MAX_SENSORS, source="paper: 4 or 8; one or two per zone")
     noise_std_c: Bodies = quantity(sqrt(0.2), unit="C", low=0, high=10, bodies="sensor", source=f"{CALIBRATED}; sigma")
