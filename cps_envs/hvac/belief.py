@@ -6,6 +6,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.seen import Seen
@@ -75,12 +76,18 @@ class Belief(Adapter):
     neutral action believes.
 
     Raises:
-        ConfigurationError: a configuration without Kalman filters, or with a sensor that is in no set or in all.
+        ConfigurationError: a configuration without Kalman filters, with a sensor that is in no set or in all, or with
+            thermostats.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         config: HvacConfig = spec.config
+        if config.thermostats:
+            raise ConfigurationError(
+                'the adapter "sensor" cannot hand the heating to thermostats: take interface="native", or leave '
+                "thermostats out."
+            )
         self._everybody = Neighbours(config).everybody
         self.agents = sensor_names(config)
         self.fields = self._rows = belief_fields(config)

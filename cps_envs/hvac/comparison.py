@@ -137,7 +137,7 @@ def show_others(tables: Tables, seen: FloatArray, at: Record, last: int, s: int,
 def show_estimates(tables: Tables, seen: FloatArray, at: Record, s: int, row: FloatArray, to: Record) -> None:
     """Estimates of the zone of sensor `s`; those of set a are at row 1 + a, of filter f at `filters` + f."""
     zones, zone = tables.zones, tables.zone[s]
-    filters = len(tables.used) - tables.nobody - 1
+    filters = 1 + tables.nobody
     by_all = seen[at.estimate + (filters + tables.everybody) * zones + zone]
     by_none = seen[at.estimate + (filters + tables.nobody) * zones + zone]
     by_filter = seen[at.estimate + (filters + tables.without[s]) * zones + zone]

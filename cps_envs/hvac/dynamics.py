@@ -8,7 +8,7 @@ from cps_envs.core.compute.kernels import clip, copy, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.planning import Desk, plan
-from cps_envs.hvac.state import Scratch, State
+from cps_envs.hvac.state import Scratch, State, on_the_spot
 
 
 @inlined
@@ -17,13 +17,16 @@ def heat(model: Model, rules: Rules, episode: State, change: FloatArray, desk: D
 
     The integrator u_c is continuous and within the limits of the plant, [0, E]; only what is applied is rounded to a
     level (4.18). On levels the next step goes on from what was applied. Thermostats have no integrator; theirs is what
-    they switched on.
+    they switched on. While the defender hands the heating to those on the spot, that of the controller waits.
     """
+    if on_the_spot(rules, episode):
+        switch(model, rules, episode, episode.heating)
+        return
     if rules.plans:
         plan(model, rules, episode, change, desk)
         copy(episode.plan[0], episode.integrator)
     elif rules.switches:
-        switch(model, rules, episode, episode.fed, episode.integrator)
+        switch(model, rules, episode, episode.integrator)
     else:
         add_gains(model, rules, episode, change)
     for i in range(len(change)):
@@ -41,19 +44,20 @@ def add_gains(model: Model, rules: Rules, episode: State, change: FloatArray) ->
     for i in range(len(ahead)):
         du = -ahead[i]
         for j in range(len(ahead)):
-            du += model.error_gain[i, j] * (model.reference[now, j] - episode.fed[j])
+            du += model.error_gain[i, j] * (model.reference[now, j] + episode.shift[j] - episode.fed[j])
             du -= model.difference_gain[i, j] * change[j]
         episode.integrator[i] = clip(episode.integrator[i] + du, model.least_w[i], model.most_w[i])
 
 
 @inlined
-def switch(model: Model, rules: Rules, episode: State, temperature: FloatArray, power: FloatArray) -> None:
-    """A thermostat in each zone, (n,) C to (n,) W: all of the heating below the band, none above it, and as before in
-    it. A plant that cools does so with all its power above the band; in the band it stops where it passes the set-point.
+def switch(model: Model, rules: Rules, episode: State, power: FloatArray) -> None:
+    """A thermostat in each zone: all of the heating below the band, none above it, and in it `power` (n,) W as before.
+
+    A plant that cools does so with all its power above the band; within it, it stops where it passes the set-point.
     """
     wanted = model.reference[episode.first[0] + episode.step[0]]
     for i in range(len(power)):
-        error = temperature[i] - wanted[i]
+        error = episode.fed[i] - (wanted[i] + episode.shift[i])
         if error < -rules.hysteresis_c:
             power[i] = model.most_w[i]
         elif error > rules.hysteresis_c:
@@ -65,14 +69,14 @@ def switch(model: Model, rules: Rules, episode: State, temperature: FloatArray, 
 @inlined
 def move(model: Model, rules: Rules, episode: State, scratch: Scratch) -> None:
     """Go from k to k + 1: the plant (4.5) with what the model does not know, and the forced response."""
-    k, supplied, reached = episode.step[0], scratch.change, scratch.vector
+    k, warming, reached = episode.step[0], scratch.change, scratch.vector
     w = model.weather[episode.first[0] + k]
     for i in range(len(w)):
-        supplied[i] = episode.heating[i] + episode.heat[i]
+        warming[i] = episode.supplied[i] + episode.heat[i]
         if len(episode.heat_drift) > 0:
-            supplied[i] += episode.heat_drift[k, i]
-        episode.energy_j[0] += abs(episode.heating[i]) * rules.step_s
-    drift(episode.plant, model, episode.temperature, supplied, w, reached)
+            warming[i] += episode.heat_drift[k, i]
+        episode.energy_j[0] += abs(episode.supplied[i]) * rules.step_s
+    drift(episode.plant, model, episode.temperature, warming, w, reached)
     if len(episode.outdoor_error) > 0:
         for i in range(len(w)):
             if model.outside[i]:

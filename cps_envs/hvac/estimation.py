@@ -23,6 +23,9 @@ def estimate(model: Model, rules: Rules, episode: State, scratch: Scratch) -> No
     k, by_model = episode.step[0], len(model.member) + 1
     copy(episode.estimate.reshape(-1), episode.previous.reshape(-1))
     average_readings(model, episode.reading, episode.estimate[0])
+    last = len(episode.estimate) - rules.thermostats
+    if rules.thermostats:
+        copy(episode.estimate[0], episode.estimate[last])
     for s in range(len(model.zone)):
         episode.series[k, s] = episode.reading[s] - episode.forced[model.zone[s]]
     update_filters(model, rules, episode, scratch)
@@ -38,7 +41,7 @@ def estimate(model: Model, rules: Rules, episode: State, scratch: Scratch) -> No
         for f in range(len(episode.filtered)):
             copy(episode.filtered[f, : len(model.B)], episode.estimate[by_model + 1 + f])
         return
-    for choice in range(1, len(episode.estimate)):
+    for choice in range(1, last):
         for i in range(len(episode.forced)):
             started = episode.forced[i] + episode.recursive[i] if k > 0 else episode.estimate[0, i]
             episode.estimate[choice, i] = started
@@ -142,15 +145,16 @@ def move_ahead(A: FloatArray, z: FloatArray, P: FloatArray, scratch: Scratch) ->
 def choose(model: Model, rules: Rules, episode: State, choice: int, change: FloatArray) -> None:
     """Feed xh(k) of a choice to the controller, and fill `change` (n,) C with dxh(k).
 
-    A choice that needs the full window before it is full means the model. A change is that of the chosen estimate
-    itself, whether it was chosen before or not. The model, and all that come up first at k = N_e, are compared with
-    what the controller got before.
+    A choice that needs the full window before it is full means the model; thermostats do not. A change is that of the
+    chosen estimate itself, whether it was chosen before or not. The model, and all that come up first at k = N_e, are
+    compared with what the controller got before.
     """
     k, by_model = episode.step[0], len(model.member) + 1
     choice = min(max(choice, 0), len(episode.estimate) - 1)
-    if choice != 0 and not is_ready(rules, episode):
+    raw = choice == 0 or (rules.thermostats and choice == len(episode.estimate) - 1)
+    if not raw and not is_ready(rules, episode):
         choice = by_model
-    first = choice == by_model or (choice != 0 and k == rules.window_steps)
+    first = choice == by_model or (not raw and k == rules.window_steps)
     for i in range(len(change)):
         before = episode.fed[i] if first else episode.previous[choice, i]
         found = episode.estimate[choice, i]

@@ -18,6 +18,7 @@ from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.model import build_model
 from cps_envs.hvac.neighbours import Neighbours, of_others
 from cps_envs.hvac.observation import MOST_STD, NEAR_C
+from cps_envs.hvac.powers import powers_of
 from cps_envs.hvac.sensors import sensor_names
 
 # All chosen. Levels beyond 1.6 are found out within the hour; the steps are finer where lies hide.
@@ -65,7 +66,8 @@ class Expected(Adapter):
     Agents are active where their sensor is compromised, from the onset on.
 
     Raises:
-        ConfigurationError: a configuration without Kalman filters, or an attacker that does not see innovations.
+        ConfigurationError: a configuration without Kalman filters, or an attacker that does not see innovations, or
+            that can do more than forge readings.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
@@ -75,6 +77,11 @@ class Expected(Adapter):
             raise ConfigurationError(
                 'the adapter "expected" needs kalman_filters=true and attacker_view="white": it holds innovations of a '
                 "filter. Use preset learning or hard, or play through adapter=native."
+            )
+        if powers_of(config).beyond_readings:
+            raise ConfigurationError(
+                'the adapters "expected" and "together" forge readings only: take interface="native", or leave '
+                "command_attack_w, reference_attack_c and denial out."
             )
         self._config, self._near = config, Neighbours(config)
         self.agents = sensor_names(config)
@@ -101,7 +108,7 @@ class Expected(Adapter):
         return marks
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
-        """The role's action (B, S + 1), or (B, S), from the indices of levels (B, S)."""
+        """The role's action (B, entries) from the indices of levels (B, S)."""
         bias_c, _ = state
         level = self._levels[actions]
         missing = (level - self._without_noise(seen)) / self._scale

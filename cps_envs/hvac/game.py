@@ -17,7 +17,7 @@ from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.declare.places import halves_of
 from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.hvac.attack import sense
+from cps_envs.hvac.attack import deliver, sense, shift_references
 from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.disturbance import Drift, disturbances
@@ -29,6 +29,8 @@ from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_
 from cps_envs.hvac.payoff import count_choice, count_errors, measure, paid_at_start
 from cps_envs.hvac.picture.scene import Scene, scene_of
 from cps_envs.hvac.planning import make_desk
+from cps_envs.hvac.powers import powers_of
+from cps_envs.hvac.sensors import sensors_of_choices
 from cps_envs.hvac.start import Chances, Draws, draw, draws_of, start
 from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
 from cps_envs.hvac.teams import Believers, Liars, SensorTeam
@@ -57,11 +59,13 @@ class Batch(NamedTuple):
 class HvacGame(Game):
     """A game step is one sample, 120 s; both roles decide at every step k = 0..718, at the same time.
 
-    Attacker: Box (S + 1,), or (S,) with `attack_action="bias"`; it forges the readings of k + 1, see `attack.sense`.
-    Defender: Discrete(sets + 2 + F). Its choice answers the readings of k: 0 feeds them to the controller as they are,
-    1..sets the estimate from that set, and sets + 1 the model's prediction. The F actions after that feed estimates of
-    Kalman filters, if the configuration offers any (`sensors.filter_sets`). Before the window of N_e samples is full
-    only 0 and sets + 1 are legal, and all but 0 mean the recursive least squares of all sensors.
+    Attacker: Box (entries,), see `powers`: S + 1, or S with `attack_action="bias"`, and what else the configuration
+    lets it do. It forges the readings of k + 1, see `attack.sense`, and changes commands and set-points of k.
+    Defender: Discrete(sets + 2 + F), and one more with `thermostats`. Its choice answers the readings of k: 0 feeds
+    them to the controller as they are, 1..sets the estimate from that set, and sets + 1 the model's prediction. The F
+    actions after that feed estimates of Kalman filters, if the configuration offers any (`sensors.filter_sets`). The
+    last action hands the heating to thermostats. Before the window of N_e samples is full only 0, sets + 1 and the
+    thermostats are legal, and all others mean the recursive least squares of all sensors.
 
     Payoff: |x(k + 1) - x_r|^2 / T_a from the onset on, so that the return is A_impact (4.19), or what `payoff` says.
     """
@@ -82,8 +86,7 @@ class HvacGame(Game):
         self.decision_interval = {"attacker": 1, "defender": 1}
         self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
         self.constants, self.rules = build_model(config), rules_of(config)
-        entries = config.num_sensors + self.rules.any_base
-        choices = len(self.constants.member) + 2 + len(self.constants.filter_member)
+        entries, choices = powers_of(config).entries, len(sensors_of_choices(config))
         self.action_space = {
             "attacker": spaces.Box(-1.0, 1.0, (entries,), np.float32),
             "defender": spaces.Discrete(choices),
@@ -105,6 +108,7 @@ class HvacGame(Game):
         self._raw = np.full(num_envs, READINGS)
         self._legal = np.ones((2, choices), np.int8)  # choices before the window is full, and from then on
         self._legal[0, 1:] = 0
+        self._legal[0, -1] = config.thermostats
         self._legal[0, len(self.constants.member) + 1] = 1
         self.pay_as_configured()
 
@@ -131,14 +135,14 @@ class HvacGame(Game):
         return self.fields[role].encode(self._views.defender)
 
     def action_mask(self, role: Role) -> BoolArray | None:
-        """Legal choices (B, sets + 2 + F) of the defender; the attacker's actions are always legal."""
+        """Legal choices (B, C) of the defender; the attacker's actions are always legal."""
         if role == "attacker":
             return None
         ready = self.state.step >= self.config.window_steps
         return self._legal[ready.astype(np.int64)].astype(np.bool_)
 
     def episode_mask(self, role: Role, b: int) -> Array | None:
-        """Legal choices (sets + 2 + F,) of one episode as int8."""
+        """Legal choices (C,) of one episode as int8."""
         if role == "attacker":
             return None
         legal: Array = self._legal[int(self.state.step.item(b) >= self.config.window_steps)].copy()
@@ -167,7 +171,8 @@ class HvacGame(Game):
     def columns(self, role: Role) -> tuple[ActionColumn, ...]:
         """Forged readings in C and what they are added to, or the choice."""
         if role == "defender":
-            return numbered(["choice"], "-", "0 raw readings, then the sets, the model, and Kalman filters")
+            meaning = "0 raw readings, then the sets, the model, Kalman filters, and thermostats"
+            return numbered(["choice"], "-", meaning)
         config, count = self.config, self.config.num_sensors
         reach = (0.5 * (self.constants.sensor_high_c - self.constants.sensor_low_c)).tolist()
         names = counted("bias_c", count)
@@ -176,7 +181,21 @@ class HvacGame(Game):
             for name, each in zip(names, reach, strict=True)
         )
         based = "-1 adds to the true temperature, 0 to the own reading, 1 to the middle of the sensor range"
-        return added + numbered(["base"] if config.attack_action == "any" else [], "-", based)
+        return added + numbered(["base"] if config.attack_action == "any" else [], "-", based) + self._beyond()
+
+    def _beyond(self) -> tuple[ActionColumn, ...]:
+        """The attacker's columns of commands, set-points and denial."""
+        powers, n, columns = powers_of(self.config), self.config.num_zones, tuple[ActionColumn, ...]()
+        for at, stem, unit, reach, meaning in (
+            (powers.commands_at, "command_w", "W", self.constants.command_attack_w, "added to the heating command"),
+            (powers.references_at, "shift_c", "C", self.constants.reference_attack_c, "by which the set-point moves"),
+        ):
+            if at >= 0:
+                each = zip(counted(stem, n), reach.tolist(), strict=True)
+                columns += tuple(ActionColumn(name, unit, meaning, most or 1.0) for name, most in each)
+        denied = (("deny_readings", powers.deny_readings_at), ("deny_commands", powers.deny_commands_at))
+        held = "above 1/3 none arrive, and the last ones stay"
+        return columns + numbered([name for name, at in denied if at >= 0], "-", held)
 
     def team(self, role: Role) -> SensorTeam:
         """One agent for each sensor, see `teams`."""
@@ -235,7 +254,9 @@ def step(
             for _ in range(num_steps):
                 choose(model, rules, episode, choices[b], scratch.change)
                 count_choice(model, rules, episode)
+                shift_references(model, rules, episode, forging[b])
                 heat(model, rules, episode, scratch.change, desk)
+                deliver(model, rules, episode, forging[b])
                 move(model, rules, episode, scratch)
                 payoff[b] += count_errors(model, rules, episode)
                 sense(model, rules, episode, forging[b])

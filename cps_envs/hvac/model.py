@@ -14,6 +14,7 @@ from cps_envs.hvac.config import HvacConfig, warn_if_foreign
 from cps_envs.hvac.controller import feedforward, gains
 from cps_envs.hvac.kalman import filter_gains, memory
 from cps_envs.hvac.moving_horizon import set_gains, warn_if_blind, window_gains
+from cps_envs.hvac.powers import powers_of
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets, zones_of_sensors
 
 MEAN_H = 2.0  # over which innovations are averaged, exponentially weighted
@@ -39,7 +40,12 @@ class Rules(NamedTuple):
     filter_memory: float  # phi of `kalman`
     innovation_share: float  # of the newest innovation in their mean
     comfort_c: float
-    any_base: bool  # the attacker's action ends with what its readings are based on
+    thermostats: bool  # the last choice of the defender is thermostats
+    base: int  # where the attacker's action says what, see `Powers`; -1 where it does not
+    commands_at: int
+    references_at: int
+    deny_readings_at: int
+    deny_commands_at: int
     white_box: bool  # the attacker sees the temperatures and the control loop
     sees_choice: bool  # and what the defender chose
     shows_reference: bool  # set-points change: both roles see them
@@ -65,6 +71,8 @@ class Model(NamedTuple):
     least_w: FloatArray  # (n,) W, of the heating, below 0 where the plant cools
     most_w: FloatArray  # (n,) W, E
     level_w: FloatArray  # (n,) W
+    command_attack_w: FloatArray  # (n,) W, most that an attack adds
+    reference_attack_c: FloatArray  # (n,) C, most by which an attack shifts a set-point
     error_gain: FloatArray  # (n, n) W/C, K_e
     difference_gain: FloatArray  # (n, n) W/C, K_d
     feedforward: FloatArray  # (last place + K, n) W, K_w dW(k), and what set-points to come change
@@ -116,6 +124,8 @@ def build_model(config: HvacConfig) -> Model:
         least_w=of_bodies(config.min_heating_w, n),
         most_w=of_bodies(config.max_heating_w, n),
         level_w=of_bodies(config.max_heating_w, n) / config.num_levels,
+        command_attack_w=of_bodies(config.command_attack_w, n),
+        reference_attack_c=of_bodies(config.reference_attack_c, n),
         error_gain=control.K_e,
         difference_gain=control.K_d,
         feedforward=feedforward(control, w, reference, int(places.first.max()) + config.num_steps),
@@ -146,10 +156,10 @@ def rules_of(config: HvacConfig) -> Rules:
         "switches": config.controller == "on_off",
         "filter_memory": memory(config),
         "innovation_share": min(1.0, config.step_s / (3600.0 * MEAN_H)),
-        "any_base": config.attack_action == "any",
         "white_box": config.attacker_view == "white",
         "sees_choice": config.attacker_sees_choice,
         "shows_reference": "reference_c" in series_in(config),
         "shows_walls": bool(set(series_in(config)) - {"reference_c"}),
     }
+    derived |= {name: at for name, at in powers_of(config)._asdict().items() if name in Rules._fields}
     return Rules(**derived, **{name: getattr(config, name) for name in Rules._fields if name not in derived})

@@ -16,7 +16,7 @@ from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.estimation import is_ready
 from cps_envs.hvac.model import MEAN_H, Model, Rules
 from cps_envs.hvac.parameters import DAY_S
-from cps_envs.hvac.sensors import filter_sets, sensor_sets
+from cps_envs.hvac.sensors import filter_sets, sensor_sets, sensors_of_choices
 from cps_envs.hvac.state import State
 
 NEAR_C = 10.0  # temperatures are shown within this of the reference
@@ -71,9 +71,9 @@ def _loop(config: HvacConfig) -> tuple[Field, ...]:
         _readings(config, "reading", "what each sensor shows now, forged or not"),
         Field("residual", "ln(1 + J/eps)", 0, MAX_LOG, (sets,), "of each set now, (4.32); 0 until `ready`"),
         Field("mean_residual", "ln(1 + J/eps)", 0, MAX_LOG, (sets,), "since the window is full, (4.33)"),
-        Field("last_choice", "-", 0, 1, (sets + 2 + filters,), "of the defender one step ago, one-hot"),
+        Field("last_choice", "-", 0, 1, (len(sensors_of_choices(config)),), "of the defender one step ago, one-hot"),
         _temperature(config, "last_estimate", (zones,), "that the controller got one step ago"),
-        Field("heating", "W", *config.heating_range_w, (zones,), "of the last step"),
+        Field("heating", "W", *config.heating_range_w, (zones,), "of the last step, as commanded"),
         Field("innovation", "std", -MOST_STD, MOST_STD, compared, "reading minus prediction of each Kalman filter"),
         Field("innovation_mean", "std", -MOST_STD, MOST_STD, compared, f"of the last {MEAN_H:g} h, weighted"),
     )
@@ -108,7 +108,7 @@ def _hidden(field: Field) -> Field:
 def defender_fields(config: HvacConfig) -> Fields:
     """The control loop, what every choice would estimate, how the sets compare, and the weather to come."""
     zones, sets = config.num_zones, len(sensor_sets(config))
-    choices = sets + 2 + len(filter_sets(config))
+    choices = len(sensors_of_choices(config))
     coldest, warmest = outdoor_range(config)
     hours = ", ".join(f"{hour:g}" for hour in AHEAD_H)
     return Fields(

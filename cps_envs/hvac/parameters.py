@@ -74,7 +74,7 @@ class Parameters:
         "thermostats that 1.2.1 compares with",
     )
     hysteresis_c: float = quantity(
-        0.5, unit="C", low=0, high=40, source='chosen: "on_off" switches at this distance from the set-point'
+        0.5, unit="C", low=0, high=40, source="chosen: thermostats switch at this distance from the set-point"
     )
     num_sensors: int = quantity(4, low=1, high=MAX_SENSORS, source="paper: 4 or 8; one or two per zone")
     noise_std_c: Bodies = quantity(sqrt(0.2), unit="C", low=0, high=10, bodies="sensor", source=f"{CALIBRATED}; sigma")
@@ -139,6 +139,12 @@ class Parameters:
     filter_memory_h: float = quantity(
         4.0, unit="h", low=0.01, high=1e4, source="chosen: memory of the heat that these filters expect"
     )
+    thermostats: bool = quantity(
+        False,
+        source="chosen: the defender can hand the heating to thermostats on the spot, which hear no set-points and no "
+        "commands from elsewhere",
+        form=ROLES,
+    )
     payoff: Payoff = objective(
         {"impact": {}, "discomfort": {"discomfort_h": 1.0}, "energy": {"attack_kwh": 1.0}},
         source="chosen: what the attacker is paid, A_impact (4.19), hours of zones out of comfort, or heating",
@@ -152,6 +158,30 @@ class Parameters:
     )
     attack_action: str = quantity(
         "any", choices=("any", "bias"), source="chosen: forge anything, or a bias only", form=("attacker",)
+    )
+    command_attack_w: Bodies = quantity(
+        0.0,
+        unit="W",
+        low=0,
+        high=1e9,
+        bodies="zone",
+        source="chosen: most that the attacker adds to a heating command, either way; 0: none (1.2.2, Fig. 1.1)",
+        form=("attacker",),
+    )
+    reference_attack_c: Bodies = quantity(
+        0.0,
+        unit="C",
+        low=0,
+        high=40,
+        bodies="zone",
+        source="chosen: most by which the attacker shifts a set-point, either way; 0: none (1.2.2, Fig. 1.1)",
+        form=("attacker",),
+    )
+    denial: tuple[str, ...] = quantity(
+        (),
+        choices=("readings", "commands"),
+        source="chosen: messages that the attacker can keep from arriving; the last values are held (1.3.1, 4.1.1)",
+        form=("attacker",),
     )
     attacker_view: str = quantity(
         "white", choices=("white", "grey"), source="chosen: sees all, or own sensors only", form=("attacker",)

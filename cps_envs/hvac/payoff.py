@@ -5,7 +5,7 @@ from __future__ import annotations
 from cps_envs.core.compute.kernels import inlined
 from cps_envs.hvac.estimation import is_ready
 from cps_envs.hvac.model import Model, Rules
-from cps_envs.hvac.state import State
+from cps_envs.hvac.state import State, on_the_spot
 
 
 @inlined
@@ -13,7 +13,8 @@ def count_choice(model: Model, rules: Rules, episode: State) -> None:
     """Take note of the choice at k, once the window is full."""
     if not is_ready(rules, episode):
         return
-    metrics, sets, choice = episode.metrics[0], len(model.member), episode.choice[0]
+    metrics, sets = episode.metrics[0], len(model.member)
+    choice = 0 if on_the_spot(rules, episode) else episode.choice[0]
     by_model = sets + 1
     believed, flawed = 0, False
     for s in range(len(model.zone)):
@@ -50,7 +51,7 @@ def count_errors(model: Model, rules: Rules, episode: State) -> float:
         error = episode.temperature[i] - wanted[i]
         episode.squared_by_zone[i] += error * error
         if episode.step[0] > episode.onset[0]:
-            kwh += abs(episode.heating[i]) * rules.step_s / 3.6e6
+            kwh += abs(episode.supplied[i]) * rules.step_s / 3.6e6
     episode.squared_error[0] += square
     metrics.discomfort_h += hours
     metrics.attack_kwh += kwh

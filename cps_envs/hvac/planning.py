@@ -122,7 +122,7 @@ def foresee(model: Model, rules: Rules, episode: State, planned: FloatArray, des
             for j in range(len(x)):
                 total += model.A[i, j] * x[j]
             reached[i] = total
-            cost += (total - wanted[i]) ** 2 + rules.move_weight * (planned[t, i] - before[i]) ** 2
+            cost += (total - (wanted[i] + episode.shift[i])) ** 2 + rules.move_weight * (planned[t, i] - before[i]) ** 2
     return cost
 
 
@@ -136,7 +136,7 @@ def mark_held(model: Model, rules: Rules, episode: State, desk: Desk) -> float:
         t = last - back
         before, wanted = planned[t - 1] if t > 0 else episode.integrator, model.reference[now + t + 1]
         for i in range(planned.shape[1]):
-            total = 2.0 * (desk.path[t, i] - wanted[i])
+            total = 2.0 * (desk.path[t, i] - (wanted[i] + episode.shift[i]))
             for j in range(planned.shape[1]):
                 total += model.A[j, i] * costate[0, j]
             costate[1, i] = total

@@ -62,7 +62,8 @@ HVAC = Problem(
     recorded={
         "temperature": ("temperature_c", "C", "true, of each zone"),
         "estimate": ("estimate_c", "C", "what the controller was fed"),
-        "heating": ("heating_w", "W", "of the last step"),
+        "heating": ("heating_w", "W", "of the last step, as commanded"),
+        "supplied": ("supplied_w", "W", "of the last step, what each zone got"),
         "outdoor_c": ("outdoor_c", "C", "outside"),
         "forecast_c": ("forecast_c", "C", "what everybody expects of it"),
         "measured": ("measured_c", "C", "of each sensor, before forging"),

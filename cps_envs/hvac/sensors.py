@@ -78,9 +78,13 @@ def membership(config: Parameters, sets: tuple[SensorSet, ...] | None = None) ->
 
 
 def sensors_of_choices(config: Parameters) -> BoolArray:
-    """Which sensors each choice of the defender uses, (C, S): all for the raw readings, none for the model."""
+    """Which sensors each choice of the defender uses, (C, S): all for the raw readings, none for the model.
+
+    Thermostats, if there are any, come last and use all.
+    """
     ends = np.ones((1, config.num_sensors), np.bool_)
-    return np.concatenate([ends, membership(config), ~ends, membership(config, filter_sets(config))])
+    filters, last = membership(config, filter_sets(config)), ends[: int(config.thermostats)]
+    return np.concatenate([ends, membership(config), ~ends, filters, last])
 
 
 def sensor_names(config: Parameters) -> tuple[str, ...]:

@@ -103,6 +103,9 @@ def start(model: Model, rules: Rules, episode: State) -> None:
     fill(episode.temperature, rules.initial_c)
     for vector in (episode.forced, episode.integrator, episode.heating, episode.recursive, episode.fed):
         fill(vector, 0.0)
+    for vector in (episode.supplied, episode.shift):
+        fill(vector, 0.0)
+    fill(episode.denied, False)
     for vector in (episode.residual, episode.residual_sum, episode.mean_residual, episode.absolute_error):
         fill(vector, 0.0)
     fill(episode.used, False)

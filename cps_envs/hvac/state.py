@@ -41,7 +41,7 @@ class State(NamedTuple):
     """B episodes, at state x(k).
 
     Of the C = sets + 2 + F choices, 0 is the raw readings, the next are the sets, then come the model and the F Kalman
-    filters. Courses that a configuration leaves out have no rows.
+    filters, and last the thermostats, if there are any. Courses that a configuration leaves out have no rows.
 
     Residuals count from k = N_e on, when the window is full, and are zero before that. Before that, too, the estimates
     of all choices but 0 are those of the recursive least squares.
@@ -62,7 +62,10 @@ class State(NamedTuple):
     temperature: FloatArray  # (B, n) C, x(k)
     forced: FloatArray  # (B, n) C, F(k)
     integrator: FloatArray  # (B, n) W, u_c(k - 1)
-    heating: FloatArray  # (B, n) W, u(k - 1)
+    heating: FloatArray  # (B, n) W, u(k - 1), as commanded
+    supplied: FloatArray  # (B, n) W, what the zones got of it
+    shift: FloatArray  # (B, n) C, by which the attacker moved the set-points that the controller heard at k - 1
+    denied: BoolArray  # (B, 2) messages that did not arrive: readings of k, commands of k - 1
     plan: FloatArray  # (B, N or 0, n) W, of a controller that plans: u_c(k - 1) and what was to follow
     measured: FloatArray  # (B, S) C, before forging
     reading: FloatArray  # (B, S) C, after forging
@@ -103,7 +106,7 @@ def allocate(num_envs: int, model: Model, rules: Rules, *, drifting: bool = Fals
     envs, steps = num_envs, rules.num_steps
     sets, sensors = model.member.shape
     n, filters = len(model.B), len(model.filter_member)
-    choices = sets + 2 + filters
+    choices = sets + 2 + filters + rules.thermostats
 
     def zeros(*shape: int) -> FloatArray:
         return np.zeros((envs, *shape))
@@ -125,6 +128,9 @@ def allocate(num_envs: int, model: Model, rules: Rules, *, drifting: bool = Fals
         forced=zeros(n),
         integrator=zeros(n),
         heating=zeros(n),
+        supplied=zeros(n),
+        shift=zeros(n),
+        denied=np.zeros((envs, 2), np.bool_),
         plan=zeros(rules.plan_steps, n),
         measured=zeros(sensors),
         reading=zeros(sensors),
@@ -147,6 +153,12 @@ def allocate(num_envs: int, model: Model, rules: Rules, *, drifting: bool = Fals
         energy_j=zeros(),
         metrics=records(Metrics, envs),
     )
+
+
+@inlined
+def on_the_spot(rules: Rules, episode: State) -> bool:
+    """Whether thermostats heat since the last choice of the defender."""
+    return bool(rules.thermostats and episode.choice[0] == len(episode.estimate) - 1)
 
 
 @inlined

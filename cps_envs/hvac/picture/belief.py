@@ -9,7 +9,7 @@ import numpy as np
 from cps_envs.core.types import BoolArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.scene import Scene
-from cps_envs.hvac.sensors import filter_sets, membership
+from cps_envs.hvac.sensors import filter_sets, membership, sensors_of_choices
 
 MOST_NAMED = 16  # sensors
 
@@ -28,7 +28,9 @@ def belief_of(scene: Scene) -> EstimateSource:
     everything, nothing = np.ones(config.num_sensors, np.bool_), np.zeros(config.num_sensors, np.bool_)
     if decided < 0:
         return EstimateSource("Nothing decided yet", nothing, False)
-    if 0 < scene.choice <= len(member):
+    if config.thermostats and scene.choice == len(sensors_of_choices(config)) - 1:
+        believed, source = everything, "Thermostats follow the raw readings"
+    elif 0 < scene.choice <= len(member):
         believed = member[scene.choice - 1]
         source = f"Controller follows set {scene.choice}: {in_words(believed)}"
     elif scene.choice > len(member) + 1:

@@ -28,6 +28,9 @@ def draw_room(canvas: Canvas, scene: Scene, belief: EstimateSource, zone: int, b
         draw_temperatures(canvas, scene, zone, box, spacious=spacious)
         if spacious:
             draw_unknown_heat(canvas, scene, zone, (box[0] + EDGE, box[1] + 42))
+            if scene.shift[zone] != 0.0:
+                told = f"told to reach {scene.reference_c[zone] + scene.shift[zone]:.1f} °C"
+                canvas.text(told, (box[0] + EDGE, box[1] + 74), FALSE, SMALL)
         draw_sensors(canvas, scene, belief, zone, box, spacious=spacious)
         draw_heating(canvas, scene, zone, box, spacious=spacious)
 
@@ -136,14 +139,16 @@ def draw_disc(canvas: Canvas, number: str, centre: Point, radius: float, color: 
 def draw_heating(canvas: Canvas, scene: Scene, zone: int, box: Box, *, spacious: bool) -> None:
     """Heating, or cooling, power as a bar of its limit, and in watts."""
     left, top, width, height = box
-    power = float(scene.heating[zone])
+    power, commanded = float(scene.supplied[zone]), float(scene.heating[zone])
     limits = scene.config.min_heating_w if power < 0 else scene.config.max_heating_w
     share = power / (float(limits[zone] if isinstance(limits, tuple) else limits) or 1.0)
     edge, thick = (EDGE, 8) if spacious else (5, 5)
     bar = (left + edge, top + height - edge - thick + 2, width - 2 * edge, thick)
     if spacious:
         canvas.text("cooling" if power < 0 else "heating", (bar[0], bar[1] - 9), INK, SMALL)
-        canvas.text(f"{abs(power):.0f} W", (bar[0] + bar[2], bar[1] - 9), INK, 17, align=1)
+        forged = round(power) != round(commanded)
+        words = f"{abs(power):.0f} W" + (f", not {commanded:.0f}" if forged else "")
+        canvas.text(words, (bar[0] + bar[2], bar[1] - 9), FALSE if forged else INK, 17, align=1)
     canvas.box(bar, WHITE, radius=2)
     if share > 0:
         canvas.box((bar[0], bar[1], max(bar[2] * share, 3.0), thick), COOL if power < 0 else HEAT, radius=2)

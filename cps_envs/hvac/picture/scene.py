@@ -32,7 +32,10 @@ class Scene:
     onset: int  # t_0
     temperature: FloatArray  # (n,) C, true
     estimate: FloatArray  # (n,) C, that the controller got one step ago
-    heating: FloatArray  # (n,) W, of the last step
+    heating: FloatArray  # (n,) W, of the last step, as commanded
+    supplied: FloatArray  # (n,) W, what the zones got of it
+    shift: FloatArray  # (n,) C, by which the set-points were moved that the controller heard
+    denied: BoolArray  # (2,) readings that did not arrive now, commands one step ago
     reference_c: FloatArray  # (n,) C, set-points now
     day: Day
     ground_c: float  # now
@@ -43,7 +46,7 @@ class Scene:
     measured: FloatArray  # (S,) C, before forging
     reading: FloatArray  # (S,) C, after forging
     compromised: BoolArray  # (S,)
-    choice: int  # of the defender one step ago: 0 raw readings, 1.. sets, the model, Kalman filters
+    choice: int  # of the defender one step ago: 0 raw readings, 1.. sets, the model, Kalman filters, thermostats
     ready: bool  # the window is full
     residual: FloatArray  # (sets,) C2, J_a(k)
     mean_residual: FloatArray  # (sets,) C2, Jm_a(k); 0 until ready
@@ -77,7 +80,7 @@ def scene_of(config: HvacConfig, state: State, model: Model, b: int, episode: in
     now, whole = first + k, slice(first, first + config.num_steps)
     ground = over_time(config, "ground_c", np.array([float(model.begin_s) + now * config.step_s]), 1)
     drift, error = state.heat_drift[b], state.outdoor_error[b]
-    followed = int(state.choice[b]) - len(model.member) - 2
+    followed, filters = int(state.choice[b]) - len(model.member) - 2, len(model.filter_member)
     return Scene(
         config=config,
         episode=episode,
@@ -86,6 +89,9 @@ def scene_of(config: HvacConfig, state: State, model: Model, b: int, episode: in
         temperature=state.temperature[b].copy(),
         estimate=state.fed[b].copy(),
         heating=state.heating[b].copy(),
+        supplied=state.supplied[b].copy(),
+        shift=state.shift[b].copy(),
+        denied=state.denied[b].copy(),
         reference_c=model.reference[now].copy(),
         day=Day(
             model.outdoor[whole if "outdoor_c" in shown else slice(0)],
@@ -95,7 +101,7 @@ def scene_of(config: HvacConfig, state: State, model: Model, b: int, episode: in
         outdoor_c=float(model.outdoor[now] + (error[k] if len(error) else 0.0)),
         forecast_c=float(model.outdoor[now]),
         unknown_heat=state.heat[b] + (drift[k] if len(drift) else 0.0),
-        believed_heat=state.filtered[b, followed, n:].copy() if followed >= 0 else np.full(n, np.nan),
+        believed_heat=state.filtered[b, followed, n:].copy() if 0 <= followed < filters else np.full(n, np.nan),
         measured=state.measured[b].copy(),
         reading=state.reading[b].copy(),
         compromised=state.compromised[b].copy(),

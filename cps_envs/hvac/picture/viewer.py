@@ -22,6 +22,7 @@ from cps_envs.hvac.picture.palette import HONEST, REACH_C, TEMPERATURE_SCALE, mi
 from cps_envs.hvac.picture.ranking import ranking
 from cps_envs.hvac.picture.room import draw_disc
 from cps_envs.hvac.picture.scene import Scene
+from cps_envs.hvac.powers import COMMANDS, READINGS
 
 CARD = 138.0  # pixels from card to card
 HOUSE = (MARGIN, 118, 500, HEIGHT - 118 - MARGIN / 2)
@@ -85,15 +86,21 @@ def frame_of(scene: Scene, belief: EstimateSource) -> Frame:
             ("A_impact so far", f"{scene.impact:.2f} C²"),
             ("Mean error", f"{metrics['mean_abs_error_c']:.2f} °C"),
             ("Outside", f"{scene.outdoor_c:.1f} °C"),
-            ("Heating", f"{scene.heating.sum():.0f} W"),
+            ("Heating", f"{scene.supplied.sum():.0f} W"),
             ("Energy", f"{metrics['energy_kwh']:.2f} kWh"),
         ],
         pitch=CARD,
         gauge=scale(middle_c(config)),
-        caption=belief.source + (" (forged)" if belief.flawed else ""),
+        caption=belief.source + (" (forged)" if belief.flawed else "") + blocked(scene),
         badge=FALSE if belief.flawed else followed,
         legend=LEGEND,
     )
+
+
+def blocked(scene: Scene) -> str:
+    """Which messages do not arrive, in words."""
+    names = [name for name, denied in zip((READINGS, COMMANDS), scene.denied.tolist(), strict=True) if denied]
+    return f", no {' or '.join(names)} arrive" if names else ""
 
 
 def scale(reference_c: float) -> Scale:
