@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from cps_envs.core.declare.fields import Field as Field
     from cps_envs.core.declare.fields import Fields as Fields
     from cps_envs.core.declare.fields import encode_row as encode_row
+    from cps_envs.core.declare.foreign import ForeignSettingWarning as ForeignSettingWarning
     from cps_envs.core.declare.series import Series as Series
     from cps_envs.core.declare.training import Training as Training
     from cps_envs.core.errors import ConfigurationError as ConfigurationError
@@ -63,6 +64,7 @@ HOMES = {  # name -> module, or module:attribute
     "encode_row": f"{CORE}.declare.fields:encode_row",
     "read_drive_cycle": f"{CORE}.declare.cycles:read_drive_cycle",  # to a series in m/s
     "read_fcd": f"{CORE}.declare.cycles:read_fcd",  # of SUMO, likewise
+    "ForeignSettingWarning": f"{CORE}.declare.foreign:ForeignSettingWarning",
     "Series": f"{CORE}.declare.series:Series",  # a quantity over time, in fields that take one
     "Training": f"{CORE}.declare.training:Training",
     "ConfigurationError": f"{CORE}.errors:ConfigurationError",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -14,12 +15,14 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
-from cps_agents.console import err
+from cps_agents.console import err, note
 from cps_agents.errors import explain
 from cps_agents.interruption import ending, exit_code
+from cps_envs.core.declare.foreign import ForeignSettingWarning
 
 WRONG_INPUT = 2
 TRUST = "--trust"
+SHOW_WARNING = warnings.showwarning
 HELP = {"help_option_names": ["-h", "--help"]}
 
 
@@ -293,4 +296,13 @@ def whole() -> Any:
 
 def main() -> None:
     """Run the command line."""
+    warnings.showwarning = show_warning
     app(prog_name="cps-envs")
+
+
+def show_warning(message: Warning | str, category: type[Warning], *place: Any, **others: Any) -> None:
+    """One of ours as a note, without the place in the code that gave it."""
+    if issubclass(category, ForeignSettingWarning):
+        note(f"Note: {message}.")
+    else:
+        SHOW_WARNING(message, category, *place, **others)

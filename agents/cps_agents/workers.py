@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -16,6 +17,7 @@ from types import FrameType, TracebackType
 from typing import Any, TypeVar
 
 from cps_agents.interruption import FIRST_SIGNAL_CODE, end, exit_code
+from cps_envs.core.declare.foreign import ForeignSettingWarning
 
 SIGNAL_S = 1.0  # in which a signal reaches all processes of a group
 Item = TypeVar("Item")
@@ -90,8 +92,9 @@ _working = False  # whether this process has work, which wants to keep what it h
 def _listen() -> None:
     """In a new process: Ctrl-C is answered by the main process alone, which then ends the others by SIGTERM.
 
-    So does the end of the main process, however it died.
+    So does the end of the main process, however it died. Of foreign numbers the main process tells.
     """
+    warnings.simplefilter("ignore", ForeignSettingWarning)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
     threading.Thread(target=_end_with_parent, daemon=True).start()

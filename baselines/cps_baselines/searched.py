@@ -1,6 +1,7 @@
 """Numbers that a search found: `<problem>/searched.json`, with the command and the commit that made them.
 
-A policy says in its attribute `searched_numbers` how many of its numbers a search found, wherever they lie.
+A policy says in its attribute `searched_numbers` how many of its numbers a search found, wherever they lie. They are
+foreign to other systems than those of the presets, unless numbers of one's own take their place.
 """
 
 from __future__ import annotations

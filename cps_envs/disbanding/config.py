@@ -21,6 +21,10 @@ from cps_envs.core.errors import ConfigurationError
 
 TABLE = "Table 2.1"
 SHORTEST_STEP_S = 5e-4
+ROAD = (  # what numbers of policies were found for, too
+    *("vehicles_per_platoon", "desired_gap_m", "headway_s", "desired_speed_mps", "max_speed_mps"),
+    *("min_acceleration_mps2", "max_acceleration_mps2"),
+)
 OF_VEHICLES = ("tau_s", "proportional_gain", "derivative_gain")
 
 

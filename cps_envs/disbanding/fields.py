@@ -22,8 +22,8 @@ def _road(config: DisbandingConfig) -> tuple[Field, ...]:
         Field("time_s", "s", 0, config.duration_s, (), "since the start"),
         Field("velocity_error", "%", 0, 100, (), "E_v (2.8) over all vehicles so far"),
         Field("collided", "vehicles", 0, vehicles, (), "involved in a collision so far"),
-        Field("tau_s", "s", 0, MAX_LAG_S, (), "actuation lag"),
-        Field("desired_gap_m", "m", 0, MAX_DESIRED_GAP_M, (), "x_d"),
+        Field("tau_s", "s", 0, max(MAX_LAG_S, bounds(config.tau_s)[1]), (), "actuation lag"),
+        Field("desired_gap_m", "m", 0, max(MAX_DESIRED_GAP_M, bounds(config.desired_gap_m)[1]), (), "x_d"),
     )
 
 
@@ -129,6 +129,6 @@ def vehicle_fields(config: DisbandingConfig) -> Fields:
         Field("ahead_acceleration", "m/s2", low, high, (), f"{told}: of that vehicle; 0 if none"),
         Field("ahead_command", "m/s2", low - reach, high + reach, _kept((), relayed), f"{told}: its final command"),
         Field("ahead_distance", "m", 0, MAX_DISTANCE_M, (), "to that vehicle; the bound if none"),
-        Field("tau_s", "s", 0, MAX_LAG_S, (), "actuation lag"),
-        Field("desired_gap_m", "m", 0, MAX_DESIRED_GAP_M, (), "x_d"),
+        Field("tau_s", "s", 0, max(MAX_LAG_S, bounds(config.tau_s)[1]), (), "actuation lag"),
+        Field("desired_gap_m", "m", 0, max(MAX_DESIRED_GAP_M, bounds(config.desired_gap_m)[1]), (), "x_d"),
     )

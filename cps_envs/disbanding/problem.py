@@ -7,7 +7,7 @@ from pathlib import Path
 from cps_envs.core.declare.panel import mixed, references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
-from cps_envs.disbanding.config import PRESETS, DisbandingConfig
+from cps_envs.disbanding.config import OF_VEHICLES, PRESETS, ROAD, DisbandingConfig
 from cps_envs.disbanding.panels import OPPONENTS, TRAINING
 
 
@@ -41,6 +41,8 @@ DISBANDING = Problem(
     swarm={"defender": "vehicle"},
     unit="points of E_v and of the penalty for collisions",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
+    foreign=Later("cps_envs.disbanding.foreign:foreign"),
+    system=(*OF_VEHICLES, *ROAD),
     training={
         "attacker": Training(
             adapter="timed",

@@ -17,6 +17,11 @@ from cps_envs.fdi.task import Task, make_task, parse_task
 SLACK = 1e-9  # of the quotient bound / resolution, so that 10 / 0.25 is 40
 FREE = "not stated for chapter 3; chosen"
 TASK_GROUPS = ("single", "pairs", "feasible")
+SYSTEM = (  # what numbers of policies were found for
+    *("num_vehicles", "desired_gap_m", "proportional_gain", "derivative_gain", "min_acceleration_mps2"),
+    *("max_acceleration_mps2", "dt_s", "range_resolution_m", "rate_resolution_mps", "range_noise_m", "rate_noise_mps"),
+    *("max_correction_mps2",),
+)
 NEED_FILTER = ("range_noise_m", "rate_noise_mps", "quantised", "attack_share", "onset_s")
 
 

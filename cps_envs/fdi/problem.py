@@ -7,7 +7,7 @@ from pathlib import Path
 from cps_envs.core.declare.panel import references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
-from cps_envs.fdi.config import PRESETS, FdiConfig
+from cps_envs.fdi.config import PRESETS, SYSTEM, FdiConfig
 from cps_envs.fdi.panels import OPPONENTS
 
 
@@ -43,6 +43,8 @@ FDI = Problem(
     },
     viewer="cps_envs.fdi.picture.viewer:FdiViewer",
     swarm={"defender": "sensor"},
+    foreign=Later("cps_envs.fdi.foreign:foreign"),
+    system=SYSTEM,
     training={
         "attacker": Training(
             adapter="motion",

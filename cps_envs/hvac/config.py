@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,7 +41,7 @@ class HvacConfig(Parameters):
 def _check_building(config: Parameters) -> None:
     """Raise ConfigurationError for lists that do not fit together, impossible links, or a step that is unstable."""
     zones, links = config.num_zones, config.link_zones
-    _require(2 <= zones <= MAX_ZONES, f"heat_capacity_j_per_k has {zones} zones; give 2 to {MAX_ZONES} values.")
+    _require(1 <= zones <= MAX_ZONES, f"heat_capacity_j_per_k has {zones} zones; give 1 to {MAX_ZONES} values.")
     walls = len(config.wall_resistance_k_per_w)
     _require(walls == zones, f"wall_resistance_k_per_w has {walls} values for {zones} zones; give one per zone.")
     _require(len(links) % 2 == 0, f"link_zones = {links} has an odd length; give pairs of zones, as in (1, 2, 1, 3).")
@@ -119,12 +118,12 @@ def _check_sets(config: Parameters) -> None:
         proper = 0 < len(chosen) == len(set(chosen)) and max(chosen) <= sensors
         _require(proper, f"sensor_sets has the set {chosen}, which cannot be; {remedy}")
     _require(len(set(sets)) == len(sets), f"sensor_sets = {config.sensor_sets} has a set twice; {remedy}")
-    _require(2 <= len(sets) <= MAX_SETS, _too_many(len(sets)))
+    _require(1 <= len(sets) <= MAX_SETS, _too_many(len(sets)))
 
 
 def _too_many(count: int) -> str:
     return (
-        f"there are {count} sensor sets; name 2 to {MAX_SETS} of them in sensor_sets, with a 0 between two sets, or "
+        f"there are {count} sensor sets; name 1 to {MAX_SETS} of them in sensor_sets, with a 0 between two sets, or "
         "give the sensors of a set in set_size, which makes one set per sensor."
     )
 
@@ -167,35 +166,6 @@ def _require(holds: bool, message: str) -> None:
         raise ConfigurationError(message)
 
 
-class ForeignSettingWarning(UserWarning):
-    """A number that was found for the paper's house is used for another one."""
-
-
-def warn_if_foreign(config: HvacConfig) -> None:
-    """Warn of days on which nobody is honest that were not asked for, and of thresholds of another house."""
-    if config.compromised_weights and config.max_compromised >= config.num_sensors:
-        weights = config.compromised_weights
-        share = weights[config.num_sensors] / sum(weights)
-        warnings.warn(
-            f"compromised_weights = {weights} compromise all {config.num_sensors} sensors in {share:.0%} of the "
-            f"episodes, which no defender can tell; give {config.num_sensors} weights, for 0 to "
-            f"{config.num_sensors - 1} sensors.",
-            ForeignSettingWarning,
-            stacklevel=3,
-        )
-    own = [name for name in HOUSE if getattr(config, name) != getattr(PAPER, name)]
-    if own and config.thresholds_c2 == PAPER.thresholds_c2:
-        warnings.warn(
-            f"thresholds_c2 = {config.thresholds_c2} C2 is of the paper's house, and {own[0]} is another here: "
-            "cps_baselines.hvac.calibrated.calibrate finds the threshold of yours.",
-            ForeignSettingWarning,
-            stacklevel=3,
-        )
-
-
-HOUSE = (  # what a threshold depends on
-    *("heat_capacity_j_per_k", "wall_resistance_k_per_w", "link_zones", "link_resistance_k_per_w", "ground_zones"),
-)
 PAPER = HvacConfig()
 EASY = replace(
     PAPER,
@@ -220,3 +190,8 @@ LEARNING = replace(
 )
 HARD = replace(LEARNING, heat_drift_w=150.0, filter_heat_w=150.0)
 PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING, "hard": HARD}
+
+HOUSE = (
+    *("heat_capacity_j_per_k", "wall_resistance_k_per_w", "link_zones", "link_resistance_k_per_w", "ground_zones"),
+)
+SYSTEM = (*HOUSE, "step_s", "noise_std_c")  # what numbers of policies were found for

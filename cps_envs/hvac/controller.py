@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.building import Building
+from cps_envs.hvac.building import Building, discretise
+from cps_envs.hvac.parameters import Parameters
 
 CHUNK = 30_000  # rows of a product at a time: a year at once would take gigabytes
 
@@ -57,6 +59,12 @@ def gains(building: Building, horizon: int, move_weight: float) -> Gains:
     first = np.eye(len(H_c), len(building.A))
     L = np.linalg.solve(H_c, first).T @ M3.T
     return Gains(K_e=L @ M1, K_d=L @ M2, K_w=L @ M4, K_r=L)
+
+
+@lru_cache(maxsize=8)
+def control_of(config: Parameters) -> Gains:
+    """The gains of a configuration; the arrays are shared, nobody may write to them."""
+    return gains(discretise(config), config.prediction_steps, config.move_weight)
 
 
 def feedforward(gains: Gains, w: FloatArray, reference: FloatArray, steps: int) -> FloatArray:

@@ -28,12 +28,12 @@ def house(num_zones: int, *, columns: int | None = None, sensors_per_zone: int =
     The threshold of MTD2 is not part of it: `cps_baselines.hvac.calibrated.calibrate` finds `thresholds_c2`.
 
     Raises:
-        ConfigurationError: fewer than 2 or more than 64 zones, fewer than one column, or not one or two sensors each.
+        ConfigurationError: fewer than 1 or more than 64 zones, fewer than one column, or not one or two sensors each.
     """
     columns = math.ceil(math.sqrt(num_zones)) if columns is None else columns
-    if not (2 <= num_zones <= MAX_ZONES and columns >= 1 and sensors_per_zone in (1, 2)):
+    if not (1 <= num_zones <= MAX_ZONES and columns >= 1 and sensors_per_zone in (1, 2)):
         raise ConfigurationError(
-            f"num_zones = {num_zones}, columns = {columns}, sensors_per_zone = {sensors_per_zone}: a house has 2 to "
+            f"num_zones = {num_zones}, columns = {columns}, sensors_per_zone = {sensors_per_zone}: a house has 1 to "
             f"{MAX_ZONES} zones, at least one column, and one or two sensors in each zone."
         )
     generator, rooms = np.random.default_rng(seed), _rooms(num_zones, columns)
@@ -46,7 +46,7 @@ def house(num_zones: int, *, columns: int | None = None, sensors_per_zone: int =
         "link_resistance_k_per_w": _drawn(generator, LINK_K_PER_W, len(links)),
         "ground_zones": tuple(zone for zone, (storey, _) in enumerate(rooms, 1) if storey == rooms[-1][0]),
         "num_sensors": sensors,
-        "set_size": max(1, 3 * sensors // 4),
+        "set_size": 3 * sensors // 4,
         "num_compromised": min(2, sensors),
         "prediction_steps": min(80, PREDICTED // num_zones),
     }

@@ -10,8 +10,8 @@ import numpy as np
 from cps_envs.core.declare.config import of_bodies, over_time, series_in
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.building import AHEAD_H, discretise, modes, outdoor, places_of, rates, weather
-from cps_envs.hvac.config import HvacConfig, warn_if_foreign
-from cps_envs.hvac.controller import feedforward, gains
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.controller import control_of, feedforward
 from cps_envs.hvac.kalman import filter_gains, memory
 from cps_envs.hvac.moving_horizon import set_gains, warn_if_blind, window_gains
 from cps_envs.hvac.powers import powers_of
@@ -104,13 +104,12 @@ def build_model(config: HvacConfig) -> Model:
     places, n = places_of(config), config.num_zones
     times_s: FloatArray = places.begin_s + config.step_s * np.arange(places.steps, dtype=np.float64)
     w, reference = weather(config, times_s), over_time(config, "reference_c", times_s, n)
-    control = gains(building, config.prediction_steps, config.move_weight)
+    control = control_of(config)
     set_gain, condition = set_gains(building.A, config.window_steps, member, zone)
     window_gain, begin = window_gains(building.A, config.window_steps, member, zone, condition)
     eigenvalues, V = modes(config)
     powers = eigenvalues ** np.arange(config.window_steps + 1)[:, np.newaxis]
     warn_if_blind(condition, sensor_sets(config))
-    warn_if_foreign(config)
     filter_member = membership(config, filter_sets(config))
     filters = filter_gains(config, building, filter_member, zone)
     return Model(

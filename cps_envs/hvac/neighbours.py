@@ -18,6 +18,11 @@ class Neighbours:
     """
 
     def __init__(self, config: HvacConfig) -> None:
+        if config.num_sensors == 1:
+            raise ConfigurationError(
+                "a single sensor cannot be compared with others, as learners do: give the zone a second one with "
+                'num_sensors=2, or say interface="native".'
+            )
         member = membership(config)  # (sets, S)
         if not config.kalman_filters or not (member.any(axis=0) & ~member.all(axis=0)).all():
             raise ConfigurationError(

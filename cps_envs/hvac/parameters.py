@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
+from typing import Any
 
 from cps_envs.core.declare.config import Bodies, IntRange, OverTime, Range, bounds, extremes, quantity
 from cps_envs.core.declare.objective import Payoff, objective
@@ -14,6 +16,9 @@ DAY_S = 86_400.0
 MAX_ZONES = 64
 MAX_SENSORS = 128  # two in each zone
 CALIBRATED = "calibrated, not in the paper"
+MEAN_CAPACITY_J_PER_K = 0.54e6  # of the paper's zones, for which ...
+MOVE_WEIGHT = 0.25  # C2/W2, ... this was calibrated
+LEAST_WEIGHT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,13 @@ class Parameters:
         100, low=1, high=1_000_000, source="chosen: the paper has levels in % of E, not which; Fig. 4.3 shows 1 %"
     )
     prediction_steps: int = quantity(80, low=1, high=200, source=f"{CALIBRATED}; N")
-    move_weight: float = quantity(0.25, unit="C2/W2", low=1e-9, high=1e9, source=f"{CALIBRATED}; R = 0.25 I, Q = I")
+    move_weight: float = quantity(
+        MOVE_WEIGHT,
+        unit="C2/W2",
+        low=LEAST_WEIGHT,
+        high=1e9,
+        source=f"{CALIBRATED}; R = 0.25 I, Q = I; scaled for other heat capacities",
+    )
     controller: str = quantity(
         "clip",
         choices=("clip", "qp", "levels", "on_off"),
@@ -198,6 +209,12 @@ class Parameters:
         7 * DAY_S, unit="s", low=60, high=1e9, source="chosen: blocks of the halves, those for training come first"
     )
 
+    def following(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Fields whose value follows from others that are given, where they are not given themselves."""
+        capacity = given.get("heat_capacity_j_per_k", ())
+        fits = isinstance(capacity, tuple) and all(isinstance(each, (int, float)) and each > 0 for each in capacity)
+        return {"move_weight": fitting_weight(capacity)} if fits and capacity else {}
+
     @property
     def num_zones(self) -> int:
         """Number n of zones, and of heaters."""
@@ -229,3 +246,12 @@ class Parameters:
     def duration_h(self) -> float:
         """Time of the last state, h."""
         return (self.num_steps - 1) * self.step_s / 3600.0
+
+
+def fitting_weight(capacity_j_per_k: Sequence[float]) -> float:
+    """The `move_weight` with which the controller heats zones of these capacities, J/K, as it does the paper's, C2/W2.
+
+    The heating that changes a zone's temperature as fast is in proportion to its capacity C, so R C^2 stays the same.
+    """
+    share = MEAN_CAPACITY_J_PER_K / (sum(capacity_j_per_k) / len(capacity_j_per_k))
+    return max(LEAST_WEIGHT, float(f"{MOVE_WEIGHT * share**2:.3g}"))

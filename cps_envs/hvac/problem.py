@@ -7,7 +7,7 @@ from pathlib import Path
 from cps_envs.core.declare.panel import references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
-from cps_envs.hvac.config import PRESETS, HvacConfig
+from cps_envs.hvac.config import PRESETS, SYSTEM, HvacConfig
 from cps_envs.hvac.panels import OPPONENTS
 
 
@@ -75,4 +75,6 @@ HVAC = Problem(
     swarm={"defender": "sensor"},
     training={"attacker": ATTACK, "defender": DEFENSE},
     work=Work(unit="sensor-steps", per_game_step=sensor_steps),
+    foreign=Later("cps_envs.hvac.foreign:foreign"),
+    system=SYSTEM,
 )

@@ -21,7 +21,7 @@ def sensor_sets(config: Parameters) -> tuple[SensorSet, ...]:
     All, with one sensor per zone: every subset but the empty and the full one, counted in binary with sensor 1 as the
     most significant bit; 14 with four sensors. Two per zone: each zone uses none, its first or its second sensor,
     without the sets that cover no zone or all zones; 64 with eight sensors, zone 1 varying slowest. Their number grows
-    exponentially with the zones.
+    exponentially with the zones. In a building of one zone each sensor is a set.
     """
     if config.sensor_sets:
         return _separated(config.sensor_sets)
@@ -30,7 +30,7 @@ def sensor_sets(config: Parameters) -> tuple[SensorSet, ...]:
     zones = config.num_zones
     options = [[0, *range(zone, config.num_sensors + 1, zones)] for zone in range(1, zones + 1)]
     used = (tuple(sorted(sensor for sensor in choice if sensor)) for choice in product(*options))
-    return tuple(sensors for sensors in used if 0 < len(sensors) < zones)
+    return tuple(sensors for sensors in used if 0 < len(sensors) < max(zones, 2))
 
 
 def filter_sets(config: Parameters) -> tuple[SensorSet, ...]:

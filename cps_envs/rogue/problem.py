@@ -7,7 +7,7 @@ from pathlib import Path
 from cps_envs.core.declare.panel import mixed, references
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Later, Problem, Work
-from cps_envs.rogue.config import PRESETS, RogueConfig
+from cps_envs.rogue.config import OF_VEHICLES, PRESETS, RogueConfig
 from cps_envs.rogue.panels import OPPONENTS, TRAINING
 
 
@@ -44,6 +44,8 @@ ROGUE = Problem(
     swarm={"defender": "give_way_vehicle"},
     unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
+    foreign=Later("cps_envs.rogue.foreign:foreign"),
+    system=(*OF_VEHICLES, "max_effort", "min_effort", "separation_m", "reference_speed_mps"),
     training={
         "attacker": Training(  # what an effort does shows in the gaps after about 2 s
             adapter="effort",

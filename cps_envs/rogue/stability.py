@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import cos, pi
 
+import numpy as np
+
 
 def longest_stable_step_s(
     num_vehicles: int, seized: Iterable[Sequence[int]], gain_per_s: float, *, disguised: bool
@@ -34,3 +36,16 @@ def largest_behind(count: int) -> float:
 def largest_ahead(count: int) -> float:
     """The largest eigenvalue of K for `count` vehicles that have a neighbour on either side."""
     return 2.0 - 2.0 * cos(count * pi / (count + 1))
+
+
+def linear_radius(num_vehicles: int, proportional_gain: float, derivative_gain: float, dt_s: float) -> float:
+    """The spectral radius of a platoon that drives by (5.15), in steps of dt_s: below 1 errors die out.
+
+    The slowest and the fastest mode of K decide, each a pair of place and speed in semi-implicit Euler steps.
+    """
+    slowest, fastest = 2.0 - 2.0 * cos(pi / (2 * num_vehicles + 1)), largest_behind(num_vehicles)
+    radii = []
+    for coupling in (slowest, fastest):
+        k, d = dt_s * coupling * proportional_gain, 1.0 - dt_s * coupling * derivative_gain
+        radii.append(float(np.abs(np.linalg.eigvals([[1.0 - dt_s * k, dt_s * d], [-k, d]])).max()))
+    return max(radii)

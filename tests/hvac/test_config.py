@@ -127,8 +127,8 @@ def test_sets_of_sensors_in_a_row_go_round() -> None:
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        ({"num_zones": 1}, "num_zones = 1"),
-        ({"num_zones": 65}, "2 to 64"),
+        ({"num_zones": 0}, "num_zones = 0"),
+        ({"num_zones": 65}, "1 to 64"),
         ({"num_zones": 4, "columns": 0}, "columns = 0"),
         ({"num_zones": 4, "sensors_per_zone": 3}, "sensors_per_zone = 3"),
     ],

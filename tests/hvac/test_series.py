@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
 from cps_envs.hvac.building import discretise
-from cps_envs.hvac.config import ForeignSettingWarning, warn_if_foreign
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.teams import Believers
@@ -218,20 +216,3 @@ def test_a_file_fills_the_fields(tmp_path: Path) -> None:
 def test_what_does_not_fit_is_refused(change: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigurationError, match=said):
         HVAC.config("paper", change)
-
-
-def test_numbers_of_another_house_are_told_of() -> None:
-    house = {"heat_capacity_j_per_k": (0.5e6, 0.8e6, 0.6e6), "wall_resistance_k_per_w": (0.2, 0.1, 0.15),
-             "link_zones": (1, 2, 2, 3), "link_resistance_k_per_w": (0.02, 0.03), "ground_zones": (),
-             "num_sensors": 3}  # fmt: skip
-    config = HVAC.config("learning", house)
-    with pytest.warns(ForeignSettingWarning) as told:
-        warn_if_foreign(config)
-    assert [str(each.message).split()[0] for each in told] == ["compromised_weights", "thresholds_c2"]
-    assert "all 3 sensors in 20% of the episodes" in str(told[0].message)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        mended = {"compromised_weights": (0.2, 0.4, 0.4), "thresholds_c2": (0.3, 0.3)}
-        warn_if_foreign(HVAC.config("learning", {**house, **mended}))
-        for preset in HVAC.presets:
-            warn_if_foreign(HVAC.config(preset, {}))

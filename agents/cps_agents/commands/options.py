@@ -12,7 +12,7 @@ import typer
 from cps_agents.console import assignments, note
 from cps_agents.errors import CommandError
 from cps_agents.files import check_writable
-from cps_envs.core.declare.objective import foreign_pay
+from cps_envs.core.declare.foreign import tell
 from cps_envs.core.game.configuration_file import ARGUMENT, with_file
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role
@@ -110,8 +110,7 @@ def described(
         ValueError: a change is not written as FIELD=VALUE.
     """
     chosen, values = with_file(problem, preset, {**assignments(changes or []), ARGUMENT: config})
-    if foreign := foreign_pay(problem.name, problem.config(chosen, values)):
-        note(f"Note: {foreign}.")
+    tell(problem.foreign_to(problem.config(chosen, values)))
     return chosen, values
 
 

@@ -29,7 +29,9 @@ def trained(
     """
     card, network = load(name, seed, untrained=untrained)
     sampled = None if deterministic is None else not deterministic
-    return wired_policy(spec, card, network, sampled=sampled)
+    policy = wired_policy(spec, card, network, sampled=sampled)
+    policy.found_in = (card.preset, card.overrides)
+    return policy
 
 
 def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = False) -> Policy:

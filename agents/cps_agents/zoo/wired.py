@@ -5,7 +5,7 @@ What the network is made with does not matter. `WiredPolicy` plays any function 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 
@@ -45,6 +45,8 @@ class WiredPolicy(AnalyticPolicy):
         ConfigurationError: the wiring is of another problem or role, or does not fit the configuration.
         UnknownNameError: there is no such adapter.
     """
+
+    found_in: tuple[str, Mapping[str, Any]] | None = None  # preset and changed fields that it was trained in, if known
 
     def __init__(
         self, spec: RoleSpec, wiring: Wiring, outputs: Outputs | None, head: Head, memory: Policy | None = None

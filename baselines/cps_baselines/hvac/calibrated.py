@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.hvac.moving_target import Mtd2
+from cps_envs.core.declare.foreign import ForeignSettingWarning
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.game import Game
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.policy import RoleSpec, plays_in
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.config import ForeignSettingWarning, HvacConfig
+from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 

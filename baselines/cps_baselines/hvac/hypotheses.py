@@ -131,10 +131,13 @@ class HypothesisTables(NamedTuple):
 
 
 def liar_sets(config: HvacConfig) -> BoolArray:
-    """Who lies (L, S): nobody, then the complements of the sets of sensors that have a Kalman filter."""
+    """Who lies (L, S): nobody, then the complements of the sets of sensors that have a Kalman filter.
+
+    Not all sensors at once, but where there is one only.
+    """
     honest = membership(config, filter_sets(config))
-    count = honest.sum(axis=1)
-    some: BoolArray = ~honest[(count > 0) & (count < config.num_sensors)]
+    count, least = honest.sum(axis=1), min(1, config.num_sensors - 1)
+    some: BoolArray = ~honest[(count >= least) & (count < config.num_sensors)]
     return np.concatenate([np.zeros((1, config.num_sensors), np.bool_), some])
 
 

@@ -129,6 +129,9 @@ def is_multiple(whole: float, part: float) -> bool:
 def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
     """`base` with some fields replaced and everything checked.
 
+    A class whose numbers depend on one another has a method `following(given)`: the values that other fields take where
+    only these are given.
+
     Raises:
         UnknownOptionError: an unknown field; the message names the near ones.
         ConfigurationError: a wrong type or a value out of bounds; the message names the remedy.
@@ -143,7 +146,9 @@ def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
     own = {name: _field(name, value, timed) for name, value in overrides.items() if name != TRACES}
     if overrides.get(TRACES) is not None:
         own = _with_traces(overrides[TRACES], timed, own)
-    return dataclasses.replace(base, **_replaced(base, own), **own)  # type: ignore[type-var]
+    follows = getattr(base, "following", None)
+    derived = follows(own) if follows is not None else {}
+    return dataclasses.replace(base, **{**derived, **_replaced(base, own), **own})  # type: ignore[type-var]
 
 
 def _replaced(base: Any, own: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cps_envs.core.declare.config import configure, parameter_table
+from cps_envs.core.declare.foreign import other_fields, tell
+from cps_envs.core.declare.objective import foreign_pay
 from cps_envs.core.declare.training import Training
 from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.policies.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policies.policy import Policy
+from cps_envs.core.policies.policy import Policy, members_of
 from cps_envs.core.policies.trust import vouched
 from cps_envs.core.types import ROLES, Role
 
@@ -40,6 +42,7 @@ def imported(path: str) -> Any:
     return getattr(importlib.import_module(module), attribute)
 
 
+MOST_SHOWN = 60  # characters of a value in a sentence
 LEARNING = "learning"  # the preset that learners meet, and everybody who names none
 
 
@@ -75,6 +78,8 @@ class Problem:
     namespace: str = "cps_envs"  # of the ids, and the package whose import registers them: one word, without dots
     unit: str = ""  # of what the attacker is paid, such as "m/s"
     work: Work | None = None  # what `cps-envs bench` counts beside steps
+    foreign: Callable[[Any], Sequence[str]] | None = None  # sentences on its numbers that fit another system only
+    system: tuple[str, ...] = ()  # fields that decide whether numbers found for a preset fit
     training: Mapping[Role, Training] = field(default_factory=dict)  # of preset `learning`
 
     def __post_init__(self) -> None:
@@ -103,10 +108,20 @@ class Problem:
         """Who plays a role in a preset where nobody else does."""
         return self.opponents[self.usual_preset if preset is None else preset][role]
 
+    def foreign_to(self, config: Any) -> list[str]:
+        """Sentences about numbers of a configuration that were found for another system than it describes."""
+        found = [foreign_pay(self.name, config)] if foreign_pay(self.name, config) else []
+        return [*found, *(self.foreign(config) if self.foreign is not None else ())]
+
     def match(self, config: Any, num_envs: int, players: Mapping[Role, PolicyReference]) -> Match:
-        """A batch of episodes with some roles played from inside."""
+        """A batch of episodes with some roles played from inside.
+
+        Warns:
+            ForeignSettingWarning: numbers of the configuration, or of a policy, were found for another system.
+        """
         from cps_envs.core.game.match import Match
 
+        tell(self.foreign_to(config))
         game = self.game(config, num_envs)
         return Match(game, {role: self.policy(reference, game, role) for role, reference in players.items()})
 
@@ -118,7 +133,28 @@ class Problem:
         """
         declared = isinstance(reference, str) and any(reference in usual.values() for usual in self.opponents.values())
         with vouched() if declared else nullcontext():
-            return resolve_policy(reference, game.spec(role))
+            found = resolve_policy(reference, game.spec(role))
+        tell(dict.fromkeys(filter(None, (self._foreign_numbers(each, game.config) for each in members_of(found)))))
+        return found
+
+    def _foreign_numbers(self, policy: Any, config: Any) -> str:
+        """A sentence on numbers that a policy brings along, if they were found for other systems than this."""
+        origin: tuple[str, Mapping[str, Any]] | None = getattr(policy, "found_in", None)
+        count = getattr(policy, "searched_numbers", 0)
+        if origin is None and not count:
+            return ""
+        try:
+            own = {} if origin is None else {"": self.config(*origin)}
+        except ConfigurationError:  # of a network for a preset that is gone
+            own = {}
+        others = other_fields(config, {**self.presets, **own}, self.system)
+        if not others:
+            return ""
+        value = shown(getattr(config, others[0]), MOST_SHOWN)
+        what = (
+            "a network was trained" if origin is not None else f"{count} numbers of {type(policy).__name__} were found"
+        )
+        return f"{what} for other systems than one with {others[0]} = {value}, and may play badly here: train anew"
 
     def env_id(self, role: Role) -> str:
         """Gymnasium's id of a role, such as `cps_envs/HvacAttack-v0`."""

@@ -9,7 +9,6 @@ from difflib import get_close_matches
 from typing import Any
 
 from cps_envs.core.declare.config import check_count, plain
-from cps_envs.core.declare.objective import foreign_pay
 from cps_envs.core.declare.training import INTERFACE, NATIVE, Training
 from cps_envs.core.errors import ConfigurationError, UnknownOptionError, shown
 from cps_envs.core.game.configuration_file import ARGUMENT, with_file
@@ -122,8 +121,6 @@ def setting(
         odd_name = next(name for name in overrides if not hasattr(problem.presets[usual], name))
         close = get_close_matches(odd_name, (*known, *ARGUMENTS), n=1)
         raise UnknownOptionError(f"{error} Or {close[0]!r}?" if close else str(error)) from None
-    if foreign := foreign_pay(problem.name, config):
-        warnings.warn(foreign, stacklevel=4)
     learned = usual == LEARNING and role in problem.training
     chosen = (LEARNING if learned or training is not None else NATIVE) if interface is None else interface
     if not isinstance(chosen, str) or chosen not in INTERFACES:

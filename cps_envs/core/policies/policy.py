@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, final, runtime_checkable
 
@@ -81,6 +81,16 @@ def takes_masks(policy: Policy) -> bool:
     if isinstance(policy, AnalyticPolicy):
         return policy.masked
     return "action_masks" in inspect.signature(policy.predict).parameters
+
+
+def members_of(policy: Any) -> Iterator[Any]:
+    """A policy that is no mixture, or those that a mixture draws from."""
+    parts = getattr(policy, "policies", None)
+    if isinstance(parts, tuple):
+        for part in parts:
+            yield from members_of(part)
+    else:
+        yield policy
 
 
 def is_decentralised(policy: Policy) -> bool:
