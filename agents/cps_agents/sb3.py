@@ -16,10 +16,12 @@ from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.errors import ConfigurationError, require
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
+from cps_envs.core.learning.wiring import Scaling
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.registration import learning_env
 
 try:
+    from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.utils import LinearSchedule
     from stable_baselines3.common.vec_env import VecNormalize
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
@@ -36,7 +38,8 @@ class BatchVecEnv(VecEnv):
 
     An environment's info is empty until its episode ends. Then it holds final metrics, `terminal_observation`,
     `TimeLimit.truncated`, and `episode` with the undiscounted return `r` and the length `l`, from which `learn` prints
-    `ep_rew_mean`. Attributes and methods are those of the batch; `action_masks` gives each environment its row.
+    `ep_rew_mean` and `evaluate_policy` judges; an episode whose beginning was cut off has none. Attributes and methods
+    are those of the batch; `action_masks` gives each environment its row.
 
     `seed` chooses among seeds for training, see `cps_envs.core.declare.seeds`: no episode of an
     evaluation is ever played.
@@ -48,6 +51,7 @@ class BatchVecEnv(VecEnv):
         self._run: int | None = None
         self._returns: FloatArray = np.zeros(env.num_envs)
         self._lengths = np.zeros(env.num_envs, np.int64)
+        self._everybody = np.ones(env.num_envs, np.bool_)
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     @property
@@ -107,7 +111,8 @@ class BatchVecEnv(VecEnv):
             if not name.startswith("_") and isinstance(value, np.ndarray) and value.ndim == 1
         }
         episode = last.get("episode", {"r": self._returns, "l": self._lengths})
-        final["episode"] = {"r": float(episode["r"][b]), "l": int(episode["l"][b]), "t": 0.0}
+        if last.get("_episode", self._everybody)[b]:
+            final["episode"] = {"r": float(episode["r"][b]), "l": int(episode["l"][b]), "t": 0.0}
         return {**final, "terminal_observation": info["final_obs"][b]}
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
@@ -137,8 +142,8 @@ class BatchVecEnv(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]], indices: Any = None
     ) -> list[bool]:
-        """No environment is wrapped."""
-        return [False] * len(self._envs(indices))
+        """No environment is wrapped, but infos have `episode` as `Monitor` writes it, so for that it says True."""
+        return [issubclass(wrapper_class, Monitor)] * len(self._envs(indices))
 
     def get_images(self) -> list[Array]:
         """A frame per environment, in mode `rgb_array`."""
@@ -156,8 +161,9 @@ class BatchVecEnv(VecEnv):
 class ScaledRewards(VecNormalize):
     """Environments whose rewards are divided by the deviation of the discounted return; `episode` keeps the return."""
 
-    def __init__(self, envs: BatchVecEnv, gamma: float) -> None:
-        super().__init__(envs, norm_obs=False, norm_reward=True, gamma=gamma)
+    def __init__(self, envs: BatchVecEnv, gamma: float, *, evaluation: bool = False) -> None:
+        """In an evaluation rewards are as they are."""
+        super().__init__(envs, training=not evaluation, norm_obs=False, norm_reward=not evaluation, gamma=gamma)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -167,19 +173,32 @@ class ScaledRewards(VecNormalize):
         return found
 
 
-def make(name: str, num_envs: int | None = None, **options: Any) -> ScaledRewards:
+def make(
+    name: str,
+    num_envs: int | None = None,
+    *,
+    evaluation: bool = False,
+    scaling: Scaling | Any | None = None,
+    **options: Any,
+) -> ScaledRewards:
     """Environments of a role such as "RogueAttack", in which a learner of stable-baselines3 learns.
 
     `options` are those of `cps_envs.core.interfaces.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
     `adapter`. A team's agents are environments of their own. The observation space holds how the inputs are made, and
     `model.save` saves it, so `sb3:FILE.zip` plays the model again anywhere in this package.
 
+    With `evaluation=True` they are for `evaluate_policy` and `EvalCallback`: each evaluation plays the same validation
+    episodes from their first step, with rewards as they are. Say the other options as in training. Inputs are scaled as
+    `scaling` says, which may be the model: name it where it was trained in another configuration.
+
     Raises:
         UnknownNameError: there is no such role, adapter or opponent.
         ConfigurationError: an option that cannot be right.
     """
-    env = learning_env(name, num_envs, **options)
-    return ScaledRewards(BatchVecEnv(env), float(env.training.ppo.get("gamma", 0.99)))
+    wiring = getattr(getattr(scaling, "observation_space", None), "wiring", None)
+    found: Any = scaling if wiring is None else (wiring.mean, wiring.deviation)
+    env = learning_env(name, num_envs, evaluation=evaluation, scaling=found, **options)
+    return ScaledRewards(BatchVecEnv(env), float(env.training.ppo.get("gamma", 0.99)), evaluation=evaluation)
 
 
 def as_sb3(vector_env: Any) -> BatchVecEnv:

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from cps_envs.core.declare.seeds import training_seed
+from cps_envs.core.declare.seeds import VALIDATION, training_seed
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import resolve_policy
@@ -19,6 +19,8 @@ pytest.importorskip("sb3_contrib")
 
 from sb3_contrib import MaskablePPO, RecurrentPPO
 from stable_baselines3 import DQN, PPO, SAC
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecMonitor
 
 from cps_agents.sb3 import as_sb3, make
@@ -168,6 +170,23 @@ def test_nonsense_is_refused(tmp_path: Path) -> None:
     env = inner(envs)
     with vouched(), pytest.raises(ConfigurationError, match="as the attacker of toy, not as the defender"):
         resolve_policy(f"sb3:{tmp_path / 'model.zip'}", env.game.spec("defender"))
-    PPO("MlpPolicy", plain, **FAST).save(tmp_path / "plain")
-    with vouched(), pytest.raises(ConfigurationError, match="sampled=true is for models"):
-        resolve_policy(f"sb3:{tmp_path / 'plain.zip'}?sampled=true", env.game.spec("attacker"))
+    DQN("MlpPolicy", plain, device="cpu").save(tmp_path / "plain")
+    reference = f"sb3:{tmp_path / 'plain.zip'}?algorithm=DQN&sampled=true"
+    with vouched(), pytest.raises(ConfigurationError, match="DQN has no distribution of actions to draw from"):
+        resolve_policy(reference, env.game.spec("attacker"))
+
+
+@pytest.mark.parametrize("name", [DEFENSE])
+def test_evaluate_policy_shows_the_true_return(name: str) -> None:
+    envs = make(name, 4)
+    model = PPO("MlpPolicy", envs, **FAST)
+    judged = make(name, 4, evaluation=True, scaling=model)
+    assert judged.env_is_wrapped(Monitor) == [True] * judged.num_envs
+    found, lengths = evaluate_policy(model, judged, n_eval_episodes=4, return_episode_rewards=True)
+    env = inner(judged)
+    players = {env.role: model, **_rival(env)}
+    paid = play_episodes(env.problem, env.config, players, range(VALIDATION.start, VALIDATION.start + 4))["return"]
+    sign = 1 if env.role == "attacker" else -1
+    np.testing.assert_allclose(sorted(found), sorted(sign * paid), atol=1e-5)
+    assert set(lengths) == {env.decisions}
+    assert evaluate_policy(model, judged, n_eval_episodes=4, return_episode_rewards=True)[0] == found

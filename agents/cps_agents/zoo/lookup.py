@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.files import load
 from cps_agents.zoo.wired import Head, WiredPolicy, wired_policy
+from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
-from cps_envs.core.learning.wiring import WiredBox
-from cps_envs.core.policies.policy import Policy, RoleSpec
+from cps_envs.core.learning.wiring import WiredBox, Wiring
+from cps_envs.core.policies.lookup import check_spaces
+from cps_envs.core.policies.policy import Policy, RoleSpec, takes_masks
 from cps_envs.core.policies.trust import require_trust
 
 
@@ -34,19 +37,31 @@ def trained(
     return policy
 
 
-def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = False) -> Policy:
+def model(
+    path: str | Policy,
+    spec: RoleSpec,
+    *,
+    algorithm: str = "PPO",
+    sampled: bool = False,
+    vecnormalize: str | None = None,
+    frame_stack: int = 1,
+) -> Policy:
     """A stable-baselines3 model of your own; `algorithm` is the class that saved it, such as MaskablePPO.
 
-    A model that was trained in environments of `cps_agents.sb3.make` plays as it did there: by its most likely action,
-    or with `sampled` by one that is drawn. The file is read with pickle, which can run any code.
+    It plays its most likely action, or with `sampled` one that is drawn from the episode's own generator. A model that
+    was trained in environments of `cps_agents.sb3.make` plays as it did there. One of the role's own spaces may have
+    seen them through `VecNormalize`, whose file `vecnormalize` names ("" for none), and `VecFrameStack` of so many
+    frames. Files are read with pickle, which can run any code. An object plays as its file does.
 
     Raises:
         UnknownNameError: there is no such file or algorithm.
         UntrustedCodeError: the user has not agreed to run what the file holds, see `cps_envs.trust`.
         MissingExtraError: stable-baselines3 is not installed.
         ValueError: the file is damaged, or a model of another algorithm.
-        ConfigurationError: the model does not fit the role, or `sampled` is for another kind of model.
+        ConfigurationError: the model does not fit the role, or an option does not fit the model.
     """
+    if not isinstance(path, str):
+        return playable(path, spec)
     if not Path(path).is_file():
         raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
     require_trust(f"sb3:{path}")
@@ -55,30 +70,71 @@ def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = 
         loaded: Policy = found.load(path, device="cpu")
     except Exception as error:  # whatever zipfile, pickle and torch raise
         raise ValueError(f"{path} is no {algorithm} model, or damaged: {error}") from error
-    if sampled and not isinstance(getattr(loaded, "observation_space", None), WiredBox):
-        raise ConfigurationError(f"{path}: sampled=true is for models of cps_agents.sb3.make; leave it out")
-    return playable(loaded, spec, sampled=sampled)
+    statistics = None
+    if isinstance(getattr(loaded, "observation_space", None), WiredBox):
+        if vecnormalize or frame_stack != 1:
+            raise ConfigurationError(
+                f"{path} was trained through the interface for learners, which scales its inputs itself: leave out "
+                "vecnormalize and frame_stack"
+            )
+    elif vecnormalize is None:
+        beside = sorted(Path(path).parent.glob("*vec*normalize*.pkl"))
+        if beside:
+            raise ConfigurationError(
+                f"beside {path} lies {beside[0].name}: write sb3:{path}?vecnormalize={beside[0]} if the model has seen "
+                "its inputs through it, or vecnormalize= if it has not"
+            )
+    elif vecnormalize:
+        statistics = _statistics(vecnormalize)
+    return playable(loaded, spec, sampled=sampled, statistics=statistics, frames=frame_stack)
 
 
-def playable(policy: Policy, spec: RoleSpec, *, sampled: bool = False) -> Policy:
-    """A policy for a role from an object: what was trained in the interface for learners plays through it.
+def playable(
+    policy: Policy, spec: RoleSpec, *, sampled: bool = False, statistics: Any = None, frames: int = 1
+) -> Policy:
+    """A policy for a role from an object that tells its spaces, such as a model of stable-baselines3.
 
-    That is a model of stable-baselines3, or any object with its `predict` and an `observation_space` from there. A
-    recurrent one is handed its state, and `episode_start` where an episode begins.
+    What was trained in the interface for learners plays through it; what has the role's own spaces may see them through
+    a `VecNormalize` with `statistics` and as so many stacked `frames`. It plays its most likely action, or with
+    `sampled` one that is drawn from the episode's generator. A recurrent one is handed its state, and `episode_start`
+    where an episode begins. Other objects are returned as they are.
 
     Raises:
-        ConfigurationError: the model does not fit the role.
+        ConfigurationError: the model does not fit the role, or has nothing to draw from.
     """
-    space = getattr(policy, "observation_space", None)
-    if not isinstance(space, WiredBox):
-        return policy
+    space: Any = getattr(policy, "observation_space", None)
+    wired = isinstance(space, WiredBox)
     if not hasattr(policy, "policy"):
-        return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), policy)
-    from cps_agents.sb3_models import RowsFirst, head_of, outputs_of_model
+        return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), policy) if wired else policy
+    from cps_agents.sb3_models import draws, head_of, is_plain, layered, outputs_of_model
 
-    if hasattr(policy.policy, "lstm_actor"):
-        return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), RowsFirst(policy))
-    return WiredPolicy(spec, space.wiring, outputs_of_model(policy), head_of(policy, sampled=sampled))
+    kind = type(policy).__name__
+    if sampled and not draws(policy):
+        raise ConfigurationError(f"{kind} has no distribution of actions to draw from: leave out sampled=true")
+    if wired and (is_plain(policy) or not (sampled or hasattr(policy.policy, "lstm_actor"))):
+        return WiredPolicy(spec, space.wiring, outputs_of_model(policy), head_of(policy, sampled=sampled))
+    if wired:
+        return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), layered(policy, None, 1))
+    if not isinstance(frames, int) or frames < 1:
+        raise ConfigurationError(f"frame_stack = {frames} must be a whole number from 1 on")
+    check_spaces(policy, f"this {kind}", spec, frames)
+    inner = layered(policy, statistics, frames)
+    wiring = Wiring(spec.problem, spec.role, NATIVE, masked=takes_masks(policy), plain=True)
+    return WiredPolicy(spec, wiring, None, Head(sampled=sampled), inner)
+
+
+def _statistics(path: str) -> Any:
+    """A `VecNormalize` that its `save` has written."""
+    if not Path(path).is_file():
+        raise UnknownNameError(f"there is no file {path!r}: vecnormalize names what VecNormalize.save has written")
+    require_trust(f"sb3:{path}")
+    try:
+        found = pickle.loads(Path(path).read_bytes())
+    except Exception as error:  # whatever pickle raises
+        raise ValueError(f"{path} is no file of VecNormalize, or damaged: {error}") from error
+    if not hasattr(found, "normalize_obs"):
+        raise ValueError(f"{path} holds no VecNormalize but {type(found).__name__}")
+    return found
 
 
 def _algorithm(name: str) -> Any:

@@ -5,7 +5,9 @@ What the network is made with does not matter. `WiredPolicy` plays any function 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 
@@ -18,9 +20,9 @@ from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.learning.wiring import Wired, Wiring
 from cps_envs.core.policies.adapter import adapter_of
-from cps_envs.core.policies.policy import AnalyticPolicy, Policy, RoleSpec
+from cps_envs.core.policies.policy import AnalyticPolicy, Policy, RoleSpec, takes_masks
 from cps_envs.core.policies.seen import Seen
-from cps_envs.core.types import Array, Generators, Knowledge, Observation, State
+from cps_envs.core.types import Array, BoolArray, Generators, Knowledge, Observation, State
 from cps_envs.registration import PROBLEMS, find_problem
 
 SCALING = ("mean", "deviation")
@@ -39,7 +41,8 @@ class WiredPolicy(AnalyticPolicy):
     """Plays outputs through a wiring, with draws from each episode's own generator if it is to draw.
 
     A `memory` decides by itself instead: its `predict` gets rows (n, columns) and the state that it has returned for
-    their episodes, arrays (n, ...), None at first; where `episode_start` (n,) is true they are zeros.
+    their episodes, arrays (n, ...), None at first; where `episode_start` (n,) is true they are zeros. It draws with
+    torch, seeded from each episode's generator.
 
     Raises:
         ConfigurationError: the wiring is of another problem or role, or does not fit the configuration.
@@ -79,15 +82,42 @@ class WiredPolicy(AnalyticPolicy):
             if self._memory is not None:
                 remembered = remembered.copy()
                 rows = wired.inputs(seen, own)[due]
-                actions[due], remembered[due] = self._recall(self._memory, rows, remembered[due], drawn)
+                masks = wired.row_masks(seen, own) if takes_masks(self._memory) else None
+                masks = None if masks is None else masks.reshape(len(due), wired.rows, -1)[due]
+                found = self._recall(self._memory, rows, remembered[due], masks, generators[due] if drawn else None)
+                actions[due], remembered[due] = found
             elif (asked := due if drawn else due & wired.active(seen, own).any(axis=1)).any():  # else without effect
                 actions[asked] = self._decide(wired.inputs(seen, own)[asked], generators[asked] if drawn else None)
             own = wired.keep(seen, own, actions)
         action, own = wired.act(seen, own)
         return action, (generators, remembered, *own)
 
-    def _recall(self, memory: Policy, rows: Observation, remembered: Array, drawn: bool) -> tuple[Array, Array]:
-        """Actions (b, A, ...) for rows (b, A, columns), and what is remembered now of each episode (b,)."""
+    def _recall(
+        self,
+        memory: Policy,
+        rows: Observation,
+        remembered: Array,
+        masks: BoolArray | None,
+        generators: Array | None,
+    ) -> tuple[Array, Array]:
+        """Actions (b, A, ...) for rows (b, A, columns), and what is remembered now of each episode (b,).
+
+        With generators (b,) they are drawn, episode by episode: so no draw depends on who else decides.
+        """
+        if generators is not None:
+            found = []
+            for b, generator in enumerate(generators):
+                one = slice(b, b + 1)
+                with torch_seeded(generator):
+                    found.append(self._asked(memory, rows[one], remembered[one], None if masks is None else masks[one]))
+            actions, kept = zip(*found, strict=True)
+            return np.concatenate(actions), np.concatenate(kept)
+        return self._asked(memory, rows, remembered, masks, mode=True)
+
+    def _asked(
+        self, memory: Policy, rows: Observation, remembered: Array, masks: BoolArray | None, *, mode: bool = False
+    ) -> tuple[Array, Array]:
+        """See `_recall`; `mode`: the most likely actions."""
         wired, starts = self.wired, np.array([each is None for each in remembered])
         state: State | None = None
         if not starts.all():
@@ -97,7 +127,8 @@ class WiredPolicy(AnalyticPolicy):
                 map(np.concatenate, zip(*(blank if each is None else each for each in remembered), strict=True))
             )
         flat = rows.reshape(len(rows) * wired.rows, -1)
-        actions, after = memory.predict(flat, state, np.repeat(starts, wired.rows), deterministic=not drawn)
+        extras: Any = {} if masks is None else {"action_masks": masks.reshape(len(flat), -1)}
+        actions, after = memory.predict(flat, state, np.repeat(starts, wired.rows), deterministic=mode, **extras)
         fresh = np.empty(len(rows), object)
         by_episode = [part.reshape(len(rows), wired.rows, *part.shape[1:]) for part in after or ()]
         fresh[:] = list(zip(*by_episode, strict=True)) if by_episode else None
@@ -121,6 +152,19 @@ class WiredPolicy(AnalyticPolicy):
         ends = np.cumsum(choices_of(wired.action_space))
         parts = [part.argmax(axis=1) for part in np.split(found, ends[:-1], axis=1)]
         return wired.row_actions(np.stack(parts, axis=1) if len(parts) > 1 else parts[0])
+
+
+@contextmanager
+def torch_seeded(generator: np.random.Generator) -> Iterator[None]:
+    """While torch, where it is loaded, draws from a seed of the generator's; afterwards it goes on where it was."""
+    torch: Any = sys.modules.get("torch")
+    seed = int(generator.integers(2**63 - 1))
+    if torch is None:
+        yield
+        return
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        yield
 
 
 def card_entry(wiring: Wiring, head: Head) -> dict[str, Any]:

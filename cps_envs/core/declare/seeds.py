@@ -16,6 +16,7 @@ EVALUATION = range(0, 1_000_000)
 VALIDATION = range(1_000_000, 2_000_000)
 TRAINING_START = 2_000_000
 SEEDS_PER_RUN = 100_000  # more than any number of environments, times resumptions
+SEEDS_PER_BLOCK = 10_000  # of validation
 MOST_RUNS = 9_000  # so that training ends below 10^9, from where on scores have their seeds
 SPLITS: Mapping[str, int] = {"dev": 10**9, "test": 10**12, "audit": 10**15}  # of scores: the first seed of each
 BLOCK = 10**6  # seeds of an opponent
@@ -31,6 +32,20 @@ def training_seed(seed: int, resumption: int = 0) -> int:
     if not 0 <= seed < MOST_RUNS:
         raise ConfigurationError(f"seed = {seed} numbers a training run: choose one from 0 to {MOST_RUNS - 1}")
     return TRAINING_START + seed * SEEDS_PER_RUN + resumption * (SEEDS_PER_RUN // 20)
+
+
+def validation_seed(seed: int) -> int:
+    """The first validation seed of a block; blocks are numbered from 0.
+
+    Raises:
+        ConfigurationError: there is no block of this number.
+    """
+    most = len(VALIDATION) // SEEDS_PER_BLOCK
+    if not 0 <= seed < most:
+        raise ConfigurationError(
+            f"seed = {seed} numbers a block of validation episodes: choose one from 0 to {most - 1}"
+        )
+    return VALIDATION.start + seed * SEEDS_PER_BLOCK
 
 
 def score_seeds(split: str, place: int, episodes: int, draw: int = 0) -> range:

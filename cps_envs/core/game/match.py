@@ -24,6 +24,7 @@ from cps_envs.core.policies.policy import (
     privileged_of,
     repeat,
     takes_masks,
+    takes_mode,
 )
 from cps_envs.core.policies.state import put, take
 from cps_envs.core.types import (
@@ -159,7 +160,7 @@ class Match:
         player = self.players[role]
         extras = self._extras(role, rows)
         try:
-            answer: Any = player.predict(observation, state, start, self._deterministic, **extras)
+            answer: Any = player.predict(observation, state, start, takes_mode(player, self._deterministic), **extras)
         except (ConfigurationError, MissingExtraError, PolicyError):  # which say what to do
             raise
         except Exception as error:

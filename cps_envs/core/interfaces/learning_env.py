@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.declare.objective import is_own
-from cps_envs.core.declare.seeds import SEEDS_PER_RUN, training_seed
+from cps_envs.core.declare.seeds import SEEDS_PER_RUN, training_seed, validation_seed
 from cps_envs.core.declare.training import Training
 from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.configuration_file import with_file
@@ -30,6 +30,7 @@ from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role
 
+PLAIN: dict[str, Any] = {"pay_power": 1.0, "relative": False, "practised": {}}  # of evaluations
 APART = {"opponent", "num_envs", "practised", "sampled", "total_timesteps", "ppo"}  # arguments, or for learners
 SETTINGS: Collection[str] = {entry.name for entry in fields(Training)} - APART
 STARTS = ("start", "staggered")  # options of `reset`
@@ -47,9 +48,13 @@ class LearningVectorEnv(RoleVectorEnv):
     - `seed` numbers training runs. Its episodes lie beyond all seeds of evaluations, see `core.declare.seeds`.
     - Episodes start at different times, so that every batch has all parts of an episode.
     - Ended episodes start anew at once (`autoreset="same_step"`). `info["final_info"]` has `episode` with the role's
-      undiscounted return `r` and length `l`, and the game's metrics; each row of an ended episode has them.
+      undiscounted return `r` and length `l`, and the game's metrics; each row of an ended episode has them. The
+      mask `_episode` leaves out episodes whose beginning was played before `reset` returned.
     - Rewards may be those that teach most, see `Training.pay_power` and `Training.relative`, and so may episodes, see
       `Training.practised`; fields that you set yourself are as you set them.
+
+    With `evaluation=True` the same inputs and actions are for judging: episodes have validation seeds, and each `reset`
+    starts the same ones, all at their first step. They are paid what the role is paid, in the configuration as it is.
 
     `active()` and `privileged()` are for learners that can use them.
     """
@@ -70,6 +75,7 @@ class LearningVectorEnv(RoleVectorEnv):
         seed: int = 0,
         scaling: Scaling | WiredBox | None = None,
         copies: int = 1,
+        evaluation: bool = False,
         num_threads: int = 1,
         per_agent: bool = True,
         flat: bool = False,
@@ -97,6 +103,10 @@ class LearningVectorEnv(RoleVectorEnv):
             )
         self.problem, self.role = problem, role
         self._base = training or problem.training.get(role, Training())
+        self.evaluation = evaluation
+        if evaluation:
+            self._base = replace(self._base, **PLAIN)
+        self._staggered = copies == 1 and not evaluation
         self._run, self._start = _number("seed", seed), 0
         super().__init__(
             self._base.num_envs if num_envs is None else num_envs,
@@ -113,6 +123,7 @@ class LearningVectorEnv(RoleVectorEnv):
         self.copies = check_count("copies", copies)
         if self.episodes % self.copies:
             raise ConfigurationError(f"num_envs = {self.episodes} must be a multiple of copies = {self.copies}")
+        self._cut = np.zeros(self.episodes, np.bool_)  # whose beginning nobody has played
         self._paid = np.zeros((self.episodes, self.agents))  # so far, of which `pay_power` is taken
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
         self._seal()
@@ -143,6 +154,8 @@ class LearningVectorEnv(RoleVectorEnv):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start all episodes, at different times. `seed` numbers the training run, 0 to 8,999; None: the one given.
 
+        With `evaluation` it numbers a block of validation episodes, 0 to 99, and nothing is staggered.
+
         `options["start"]` numbers the starts of a run, which have episodes of their own; 0 if left out. With
         `options["staggered"]` false all episodes are at their first step. With
         `options["reset_mask"]` only the marked episodes start, as in `RoleVectorEnv`. Other options set quantities that
@@ -158,10 +171,11 @@ class LearningVectorEnv(RoleVectorEnv):
         if seed is not None:
             self._run = _number("seed", seed[0] if isinstance(seed, Sequence) else seed)
         self._start = _number("start", (options or {}).get("start", 0))
-        first, count = training_seed(self._run), self.episodes // self.copies
+        first = validation_seed(self._run) if self.evaluation else training_seed(self._run)
+        count = self.episodes // self.copies
         places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
         self._generators = seeded([first + place for place in places.tolist()])
-        staggered = (options or {}).get("staggered", self.copies == 1)
+        staggered = (options or {}).get("staggered", self._staggered)
         self._once = drawn
         try:
             self._renew()
@@ -221,16 +235,17 @@ class LearningVectorEnv(RoleVectorEnv):
     def _final(self, metrics: dict[str, Array]) -> dict[str, Any]:
         final = super()._final(metrics)
         ended = self._ended
+        whole = ended & ~self._cut
         episode = {"r": np.where(ended, self._returns, 0.0), "l": np.where(ended, self._lengths, 0)}
         final["final_info"] |= {"episode": {name: self._by_row(values) for name, values in episode.items()}}
-        final["final_info"]["_episode"] = self._by_row(ended)
+        final["final_info"]["_episode"] = self._by_row(whole)
         return final
 
     def _restart(self, envs: BoolArray) -> None:
         begins_anew = self._next is not None
         super()._restart(envs)
         if begins_anew:
-            self._stagger(self.copies == 1)
+            self._stagger(self._staggered)
 
     def _play(self, envs: BoolArray, drawn: Any) -> None:
         if self._beside is not None:
@@ -239,7 +254,7 @@ class LearningVectorEnv(RoleVectorEnv):
         self._clear(envs)
 
     def _clear(self, envs: BoolArray) -> None:
-        self._paid[envs], self._returns[envs], self._lengths[envs] = 0.0, 0.0, 0
+        self._paid[envs], self._returns[envs], self._lengths[envs], self._cut[envs] = 0.0, 0.0, 0, False
 
     def _stagger(self, wanted: bool) -> None:
         """Play at random until each episode has begun at a time of its own, if wanted and episodes are long enough."""
@@ -253,7 +268,9 @@ class LearningVectorEnv(RoleVectorEnv):
             again = self.game.terminated | (self.game.elapsed >= self.game.horizon) | (begins == decision)
             if again.any():
                 self._begin(again)
+        played = self._lengths > 0
         self._clear(self._everyone)
+        self._cut = played
 
 
 def _number(name: str, value: Any) -> int:

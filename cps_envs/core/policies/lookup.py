@@ -28,6 +28,7 @@ BUILT_IN = {  # for every role of every problem
     "trace": "cps_envs.core.policies.trace:Trace",
     "random": "cps_envs.core.policies.uniform:Uniform",  # where no registered policy has this name
 }
+MODELS = "sb3"  # the source that also plays models handed over as objects, which tell their spaces
 NEED_OPTIONS = ("always", "mixture", "trace")  # of these; without options they are nothing
 SHOWN = 80  # characters of a policy that is described in an error
 PolicyReference: TypeAlias = str | Policy
@@ -102,7 +103,7 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
 
     `reference` is one of these:
 
-    - an object with `predict`, used as it is;
+    - an object with `predict`, used as it is, or as the source `sb3` plays it where it tells its spaces, as models do;
     - a registered name such as `"heuristic"`;
     - a registered source and a name for it, such as `"zoo:hvac-attack"`, called as `source(name, spec, **options)`;
     - `"module:attribute"`: a policy, or what makes one when called as `attribute(spec, **options)`. This runs any code,
@@ -182,6 +183,8 @@ def _owner(name: str, spec: RoleSpec | None = None) -> str:
 def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:
     if unused:
         raise TypeError(f"{name} is built already: it takes no options {', '.join(unused)}")
+    if hasattr(policy, "predict") and hasattr(policy, "observation_space") and MODELS in _registered(SOURCES):
+        policy = load(_registered(SOURCES)[MODELS])(policy, spec)
     if not isinstance(policy, Policy):
         raise TypeError(
             f"{name} is not a policy: it has no method predict(observation, state, episode_start, deterministic)"
@@ -191,18 +194,27 @@ def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] =
         raise ConfigurationError(
             f"{_short(name)} is {_whose(own.problem, own.role)}, not {_whose(spec.problem, spec.role)}"
         )
-    _check_spaces(policy, name, spec)
+    check_spaces(policy, name, spec)
     return policy
 
 
-def _check_spaces(policy: Any, name: str, spec: RoleSpec) -> None:
-    """A model that tells its spaces, as those of stable-baselines3 do, must have those of the role."""
+def check_spaces(policy: Any, name: str, spec: RoleSpec, frames: int = 1) -> None:
+    """A model that tells its spaces, as those of stable-baselines3 do, must have those of the role.
+
+    It may see so many observations side by side.
+
+    Raises:
+        ConfigurationError: it has others.
+    """
     for kind in ("observation_space", "action_space"):
         own = getattr(policy, kind, None)
         if not isinstance(own, spaces.Space) or is_decentralised(policy):
             continue
         wanted = spec.action_space if kind == "action_space" else spec.fields.space()
-        if (type(own), own.shape) != (type(wanted), wanted.shape):
+        shape = wanted.shape or ()
+        if kind == "observation_space" and frames > 1:
+            shape = (frames * shape[0],)
+        if (type(own), own.shape or ()) != (type(wanted), shape):
             raise ConfigurationError(
                 f"{_short(name)} has the {kind} {own}, {_whose(spec.problem, spec.role)} here has {wanted}: it was "
                 "trained in another configuration, or for another role"

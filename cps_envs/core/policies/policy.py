@@ -56,6 +56,9 @@ class Policy(Protocol):
         If `predict` has a parameter `action_masks`, as in sb3-contrib's MaskablePPO, it also gets the legal actions
         (B, k). If the policy's attribute `decentralised` is true, it also gets `team_observation` (B, A, m): what each
         agent of its role's team sees.
+
+        A match asks for the most likely action, `deterministic=True`. Only a subclass of `AnalyticPolicy`, which has
+        the episodes' own generators, is left to draw.
         """
         ...
 
@@ -118,7 +121,12 @@ def ask(policy: Policy, seen: Seen, state: State | None) -> tuple[Array, State |
         extras["action_masks"] = seen.masks
     if seen.team is not None and is_decentralised(policy):
         extras["team_observation"] = seen.team
-    return policy.predict(seen.observation, state, seen.start, seen.deterministic, **extras)
+    return policy.predict(seen.observation, state, seen.start, takes_mode(policy, seen.deterministic), **extras)
+
+
+def takes_mode(policy: Policy, deterministic: bool) -> bool:
+    """Whether a policy is asked for its most likely action: always one whose draws would not be an episode's own."""
+    return deterministic or not isinstance(policy, AnalyticPolicy)
 
 
 def begun(policy: Policy, generators: Generators, knowledge: Knowledge) -> State | None:

@@ -12,6 +12,7 @@ import pytest
 from gymnasium.utils import seeding
 
 from cps_envs.core.game.match import Match
+from cps_envs.core.policies.mixture import Mixture
 from cps_envs.core.policies.policy import AnalyticPolicy, Idle, RoleSpec, told_of
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, BoolArray, State
@@ -166,7 +167,7 @@ def test_an_error_in_act_names_the_policy(act: Any, fault: str, num_envs: int) -
         match.step({}, ALL[:num_envs], 1)
 
 
-def test_a_policy_draws_its_actions_unless_the_match_is_deterministic() -> None:
+def test_only_a_policy_with_the_episodes_generators_draws_unless_the_match_is_deterministic() -> None:
     asked = []
 
     class Asked(Witness):
@@ -174,11 +175,19 @@ def test_a_policy_draws_its_actions_unless_the_match_is_deterministic() -> None:
             asked.append(args[3])
             return super().predict(*args)
 
-    for options in ({}, {"deterministic": True}):
-        match = Match(game(), {"defender": Asked([0, 0])}, **options)
-        match.reset(ALL, generators())
-        match.step({}, ALL, 1)
-    assert asked == [False, True]
+    class AskedOwn(AnalyticPolicy):
+        def act(self, seen: Seen, state: Any) -> Any:
+            asked.append(seen.deterministic)
+            return np.zeros((len(seen), 2)), state
+
+    own = AskedOwn(game().spec("defender"))
+    mixed = Mixture(game().spec("defender"), [Asked([0, 0])])
+    for player in (Asked([0, 0]), mixed, own):
+        for options in ({}, {"deterministic": True}):
+            match = Match(game(), {"defender": player}, **options)
+            match.reset(ALL, generators())
+            match.step({}, ALL, 1)
+    assert asked == [True, True, True, True, False, True]
 
 
 def test_payoffs_of_the_decisions_within_a_step_add_up() -> None:
