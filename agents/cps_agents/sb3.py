@@ -16,7 +16,6 @@ from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.errors import ConfigurationError, require
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.learning.wiring import Scaling
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.registration import learning_env
 
@@ -173,14 +172,7 @@ class ScaledRewards(VecNormalize):
         return found
 
 
-def make(
-    name: str,
-    num_envs: int | None = None,
-    *,
-    evaluation: bool = False,
-    scaling: Scaling | Any | None = None,
-    **options: Any,
-) -> ScaledRewards:
+def make(name: str, num_envs: int | None = None, *, evaluation: bool = False, **options: Any) -> ScaledRewards:
     """Environments of a role such as "RogueAttack", in which a learner of stable-baselines3 learns.
 
     `options` are those of `cps_envs.core.interfaces.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
@@ -188,16 +180,14 @@ def make(
     `model.save` saves it, so `sb3:FILE.zip` plays the model again anywhere in this package.
 
     With `evaluation=True` they are for `evaluate_policy` and `EvalCallback`: each evaluation plays the same validation
-    episodes from their first step, with rewards as they are. Say the other options as in training. Inputs are scaled as
-    `scaling` says, which may be the model: name it where it was trained in another configuration.
+    episodes from their first step, with rewards as they are. Give the other options of training, too. A model that was
+    trained in another configuration has inputs of another scale: `scaling=model.observation_space`.
 
     Raises:
         UnknownNameError: there is no such role, adapter or opponent.
         ConfigurationError: an option that cannot be right.
     """
-    wiring = getattr(getattr(scaling, "observation_space", None), "wiring", None)
-    found: Any = scaling if wiring is None else (wiring.mean, wiring.deviation)
-    env = learning_env(name, num_envs, evaluation=evaluation, scaling=found, **options)
+    env = learning_env(name, num_envs, evaluation=evaluation, **options)
     return ScaledRewards(BatchVecEnv(env), float(env.training.ppo.get("gamma", 0.99)), evaluation=evaluation)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import partial, reduce
+from typing import Any, TypeAlias
 
 import numpy as np
 import torch
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.vec_env import VecEnvWrapper, VecFrameStack, VecNormalize
 
 from cps_agents.zoo.wired import Head, Outputs
 from cps_envs.core.declare.actions import choices_of
@@ -14,22 +16,21 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import takes_masks
 from cps_envs.core.types import Array, BoolArray, Observation, State
 
+LayerMaker: TypeAlias = Callable[[Any], "Layer"]  # from what sees its outputs
+
 
 def outputs_of_model(model: Any) -> Outputs:
-    """What a model's policy says to rows of inputs (n, k): logits of discrete actions, means of continuous ones."""
-    policy, space = model.policy, model.action_space
+    """What a plain model says to rows (n, k): logits or values of discrete actions, means of continuous ones."""
+    policy, space = policy_of(model), model.action_space
 
     def outputs(rows: Observation) -> Array:
         with torch.inference_mode():
             policy.set_training_mode(False)
             seen = torch.as_tensor(rows, device=policy.device)
-            for name in ("q_net", "quantile_net"):  # of values only the largest legal one counts
+            for name in ("q_net", "quantile_net"):
                 if hasattr(policy, name):
                     values: Array = getattr(policy, name)(seen).cpu().numpy()
                     return values.mean(axis=1) if values.ndim == 3 else values
-            if not hasattr(policy, "get_distribution"):  # such as SAC, which has no logits
-                chosen: Array = model.predict(rows, deterministic=True)[0].reshape(len(rows), -1)
-                return chosen
             found: Any = policy.get_distribution(seen)
             if hasattr(found, "distributions"):
                 parts = [part.logits for part in found.distributions]
@@ -44,22 +45,35 @@ def outputs_of_model(model: Any) -> Outputs:
 
 
 def head_of(model: Any, *, sampled: bool) -> Head:
-    """How a model's outputs become actions."""
-    deviation = getattr(model.policy, "log_std", None)
-    return Head(None if deviation is None else deviation.detach().cpu().numpy(), sampled)
+    """How a model's outputs become actions: only legal ones where its algorithm knows of masks, as MaskablePPO does."""
+    deviation = getattr(policy_of(model), "log_std", None)
+    spread = None if deviation is None else deviation.detach().cpu().numpy()
+    return Head(spread, sampled, masked=takes_masks(model))
+
+
+def policy_of(model: Any) -> Any:
+    """The network of a model, which may be handed over alone."""
+    return getattr(model, "policy", model)
+
+
+def explores_by_state(model: Any) -> bool:
+    """Whether its noise is a function of what it sees, which is drawn now and then and kept: gSDE."""
+    policy = policy_of(model)
+    return any(getattr(each, "use_sde", False) for each in (policy, getattr(policy, "actor", None)))
 
 
 def draws(model: Any) -> bool:
-    """Whether a model has a distribution of actions to draw from; DQN and TD3, for instance, have none."""
-    actor = getattr(model.policy, "actor", None)
-    return hasattr(model.policy, "get_distribution") or hasattr(actor, "get_action_dist_params")
+    """Whether a model has a distribution of each action to draw from; DQN, TD3 and gSDE, for instance, have none."""
+    policy = policy_of(model)
+    known = hasattr(policy, "get_distribution") or hasattr(getattr(policy, "actor", None), "get_action_dist_params")
+    return known and not explores_by_state(model)
 
 
 def is_plain(model: Any) -> bool:
-    """Whether `outputs_of_model` and `head_of` say all: no memory, no noise that depends on what is seen."""
-    return not (
-        hasattr(model.policy, "lstm_actor") or hasattr(model.policy, "actor") or getattr(model, "use_sde", False)
-    )
+    """Whether `outputs_of_model` and `head_of` say all."""
+    policy = policy_of(model)
+    known = any(hasattr(policy, name) for name in ("get_distribution", "q_net", "quantile_net"))
+    return known and not (hasattr(policy, "lstm_actor") or explores_by_state(model))
 
 
 class Layer:
@@ -147,24 +161,38 @@ class Stacked(Layer):
         return actions, (frames, *(after or ()))
 
 
-def layered(model: Any, statistics: VecNormalize | None, frames: int) -> Any:
-    """A model of a role's own spaces, which sees what the layers of its training have made of them.
+def layers_around(env: Any) -> list[LayerMaker]:
+    """What makes a model's inputs in the environments that it learns in, the outermost layer first."""
+    found: list[LayerMaker] = []
+    while isinstance(env, VecEnvWrapper):
+        if isinstance(env, VecNormalize) and env.norm_obs:
+            found.append(partial(Normalised, statistics=env))
+        elif isinstance(env, VecFrameStack):
+            found.append(partial(Stacked, frames=env.stacked_obs.n_stack))
+        env = env.venv
+    return found
+
+
+def layers_named(statistics: VecNormalize | None, frames: int, size: int) -> list[LayerMaker]:
+    """The same where only statistics are known, and how many frames of `size` inputs the model sees.
 
     Raises:
         ConfigurationError: the statistics fit neither one observation nor the stacked ones.
     """
-    inner: Any = RowsFirst(model) if hasattr(model.policy, "lstm_actor") else model
-    if statistics is None:
-        return Stacked(inner, frames) if frames > 1 else inner
-    size = model.observation_space.shape[0]
-    mean: Any = getattr(getattr(statistics, "obs_rms", None), "mean", ())
-    if not statistics.norm_obs:
-        return layered(model, None, frames)
-    if np.shape(mean) == (size,):  # of what was stacked, if anything
-        return Stacked(Normalised(inner, statistics), frames) if frames > 1 else Normalised(inner, statistics)
-    if np.shape(mean) == (size // frames,):
-        return Normalised(Stacked(inner, frames), statistics)
+    stacked: list[LayerMaker] = [partial(Stacked, frames=frames)] if frames > 1 else []
+    if statistics is None or not statistics.norm_obs:
+        return stacked
+    normalised: list[LayerMaker] = [partial(Normalised, statistics=statistics)]
+    shape = np.shape(getattr(statistics.obs_rms, "mean", ()))
+    if shape in ((size * frames,), (size,)):
+        return stacked + normalised if shape == (size,) else normalised + stacked
     raise ConfigurationError(
-        f"vecnormalize has statistics of shape {np.shape(mean)}, and the model sees {size} inputs: name the file that "
+        f"vecnormalize has statistics of shape {shape}, and the model sees {size * frames} inputs: name the file that "
         "was saved with this model"
     )
+
+
+def layered(model: Any, layers: Sequence[LayerMaker]) -> Any:
+    """A model that sees its inputs through these layers, the outermost first."""
+    inner: Any = RowsFirst(model) if hasattr(policy_of(model), "lstm_actor") else model
+    return reduce(lambda within, layer: layer(within), layers, inner)

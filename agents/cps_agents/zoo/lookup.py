@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import pickle
+import sys
+from math import prod
 from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.files import load
 from cps_agents.zoo.wired import Head, WiredPolicy, wired_policy
+from cps_envs.core.declare.config import check_count
 from cps_envs.core.declare.training import NATIVE
-from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, require, shown
 from cps_envs.core.learning.wiring import WiredBox, Wiring
 from cps_envs.core.policies.lookup import check_spaces
 from cps_envs.core.policies.policy import Policy, RoleSpec, takes_masks
 from cps_envs.core.policies.trust import require_trust
+
+USUAL = "PPO"  # the algorithm of a model that names none
+OF_STATISTICS = b"stable_baselines3.common.vec_env.vec_normalize"  # with which a file of `VecNormalize` begins
 
 
 def trained(
@@ -41,17 +47,18 @@ def model(
     path: str | Policy,
     spec: RoleSpec,
     *,
-    algorithm: str = "PPO",
+    algorithm: str | None = None,
     sampled: bool = False,
     vecnormalize: str | None = None,
     frame_stack: int = 1,
 ) -> Policy:
-    """A stable-baselines3 model of your own; `algorithm` is the class that saved it, such as MaskablePPO.
+    """A stable-baselines3 model of your own; `algorithm` is the class that saved it, such as MaskablePPO, PPO if None.
 
-    It plays its most likely action, or with `sampled` one that is drawn from the episode's own generator. A model that
-    was trained in environments of `cps_agents.sb3.make` plays as it did there. One of the role's own spaces may have
-    seen them through `VecNormalize`, whose file `vecnormalize` names ("" for none), and `VecFrameStack` of so many
-    frames. Files are read with pickle, which can run any code. An object plays as its file does.
+    It plays its most likely action, or with `sampled` one that is drawn from the episode's own generator; an algorithm
+    that knows of masks chooses among the legal ones. A model that was trained in environments of `cps_agents.sb3.make`
+    plays as it did there. What it saw through `VecNormalize` and `VecFrameStack` is named by the file of the one, which
+    is "" for none, and by the number of frames of the other. Files are read with pickle, which can run any code. An
+    object plays as its file does, and sees what its own environments have made, if nothing else is named.
 
     Raises:
         UnknownNameError: there is no such file or algorithm.
@@ -60,74 +67,112 @@ def model(
         ValueError: the file is damaged, or a model of another algorithm.
         ConfigurationError: the model does not fit the role, or an option does not fit the model.
     """
-    if not isinstance(path, str):
-        return playable(path, spec)
-    if not Path(path).is_file():
-        raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
-    require_trust(f"sb3:{path}")
-    found = _algorithm(algorithm)
-    try:
-        loaded: Policy = found.load(path, device="cpu")
-    except Exception as error:  # whatever zipfile, pickle and torch raise
-        raise ValueError(f"{path} is no {algorithm} model, or damaged: {error}") from error
-    statistics = None
-    if isinstance(getattr(loaded, "observation_space", None), WiredBox):
-        if vecnormalize or frame_stack != 1:
+    found, kind = path, type(path).__name__
+    if isinstance(path, str):
+        if not Path(path).is_file():
+            raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
+        require_trust(f"sb3:{path}")
+        kind = algorithm or USUAL
+        try:
+            found = _algorithm(kind).load(path, device="cpu")
+        except (UnknownNameError, MissingExtraError):
+            raise
+        except Exception as error:  # whatever zipfile, pickle and torch raise
+            raise ValueError(f"{path} is no {kind} model, or damaged: {error}") from error
+        if vecnormalize is None and (beside := _statistics_beside(Path(path))):
             raise ConfigurationError(
-                f"{path} was trained through the interface for learners, which scales its inputs itself: leave out "
-                "vecnormalize and frame_stack"
-            )
-    elif vecnormalize is None:
-        beside = sorted(Path(path).parent.glob("*vec*normalize*.pkl"))
-        if beside:
-            raise ConfigurationError(
-                f"beside {path} lies {beside[0].name}: write sb3:{path}?vecnormalize={beside[0]} if the model has seen "
+                f"beside {path} lies {beside.name}, of VecNormalize: say vecnormalize={beside} if the model has seen "
                 "its inputs through it, or vecnormalize= if it has not"
             )
-    elif vecnormalize:
-        statistics = _statistics(vecnormalize)
-    return playable(loaded, spec, sampled=sampled, statistics=statistics, frames=frame_stack)
+    if algorithm not in (None, kind):
+        raise ConfigurationError(f"algorithm = {shown(algorithm)} is not that of this {kind}: leave it out")
+    return playable(found, spec, sampled=sampled, vecnormalize=vecnormalize, frame_stack=frame_stack)
 
 
 def playable(
-    policy: Policy, spec: RoleSpec, *, sampled: bool = False, statistics: Any = None, frames: int = 1
+    policy: Any, spec: RoleSpec, *, sampled: bool = False, vecnormalize: str | None = None, frame_stack: int = 1
 ) -> Policy:
-    """A policy for a role from an object that tells its spaces, such as a model of stable-baselines3.
+    """A policy for a role from an object that tells its spaces, such as a model of stable-baselines3; see `model`.
 
-    What was trained in the interface for learners plays through it; what has the role's own spaces may see them through
-    a `VecNormalize` with `statistics` and as so many stacked `frames`. It plays its most likely action, or with
-    `sampled` one that is drawn from the episode's generator. A recurrent one is handed its state, and `episode_start`
-    where an episode begins. Other objects are returned as they are.
+    What was trained in the interface for learners plays through it. A recurrent model is handed its state, and
+    `episode_start` where an episode begins. Other objects are returned as they are.
 
     Raises:
-        ConfigurationError: the model does not fit the role, or has nothing to draw from.
+        ConfigurationError: the model does not fit the role, or an option does not fit the model.
     """
     space: Any = getattr(policy, "observation_space", None)
-    wired = isinstance(space, WiredBox)
-    if not hasattr(policy, "policy"):
+    wired, kind = isinstance(space, WiredBox), type(policy).__name__
+    if not _is_model(policy):
+        if vecnormalize or frame_stack != 1 or (sampled and not wired):
+            raise ConfigurationError(f"{kind} is no model of stable-baselines3: it takes no options")
         return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), policy) if wired else policy
-    from cps_agents.sb3_models import draws, head_of, is_plain, layered, outputs_of_model
+    from cps_agents.sb3_models import draws, head_of, is_plain, layered, layers_around, layers_named, outputs_of_model
 
-    kind = type(policy).__name__
     if sampled and not draws(policy):
         raise ConfigurationError(f"{kind} has no distribution of actions to draw from: leave out sampled=true")
-    if wired and (is_plain(policy) or not (sampled or hasattr(policy.policy, "lstm_actor"))):
-        return WiredPolicy(spec, space.wiring, outputs_of_model(policy), head_of(policy, sampled=sampled))
+    size = space.shape[0] if wired else spec.fields.size
+    layers, frames = layers_around(getattr(policy, "env", None)), check_count("frame_stack", frame_stack)
+    if vecnormalize is not None or frames > 1:
+        layers = layers_named(_statistics(vecnormalize) if vecnormalize else None, frames, size)
+    stacked = prod(layer.keywords.get("frames", 1) for layer in layers)
     if wired:
-        return WiredPolicy(spec, space.wiring, None, Head(sampled=sampled), layered(policy, None, 1))
-    if not isinstance(frames, int) or frames < 1:
-        raise ConfigurationError(f"frame_stack = {frames} must be a whole number from 1 on")
-    check_spaces(policy, f"this {kind}", spec, frames)
-    inner = layered(policy, statistics, frames)
-    wiring = Wiring(spec.problem, spec.role, NATIVE, masked=takes_masks(policy), plain=True)
-    return WiredPolicy(spec, wiring, None, Head(sampled=sampled), inner)
+        if stacked > 1:
+            raise ConfigurationError(f"this {kind} sees {size} inputs of the interface for learners, one frame each")
+        if is_plain(policy) and not layers:
+            return WiredPolicy(spec, space.wiring, outputs_of_model(policy), head_of(policy, sampled=sampled))
+        wiring = space.wiring
+    else:
+        _check_frames(policy, size, stacked)
+        check_spaces(policy, f"this {kind}", spec, stacked)
+        wiring = Wiring(spec.problem, spec.role, NATIVE, masked=takes_masks(policy), plain=True)
+    return WiredPolicy(spec, wiring, None, Head(sampled=sampled), layered(policy, layers))
+
+
+def _is_model(policy: Any) -> bool:
+    """Whether it is a model of stable-baselines3, or the network of one."""
+    base = sys.modules.get("stable_baselines3.common.base_class")
+    return base is not None and isinstance(policy, (base.BaseAlgorithm, base.BasePolicy))
+
+
+def _check_frames(policy: Any, size: int, frames: int) -> None:
+    """Check that a model sees as many frames of a role's own observation as is said.
+
+    Raises:
+        ConfigurationError: it sees other ones.
+    """
+    shape = getattr(policy.observation_space, "shape", None) or (0,)
+    times = shape[0] // size
+    if len(shape) == 1 and times > 1 and shape[0] == times * size and times != frames:
+        raise ConfigurationError(
+            f"this {type(policy).__name__} sees {shape[0]} inputs, {times} times those of the role: say "
+            f"frame_stack={times} if VecFrameStack has stacked them, else it was trained in another configuration"
+        )
+
+
+def _statistics_beside(path: Path) -> Path | None:
+    """A file of `VecNormalize` in the folder of a model."""
+    for each in sorted(path.parent.iterdir()):
+        try:
+            if each.is_file() and each.suffix != ".zip":
+                with each.open("rb") as file:
+                    if OF_STATISTICS in file.read(len(OF_STATISTICS) + 64):
+                        return each
+        except OSError:  # of somebody else
+            continue
+    return None
 
 
 def _statistics(path: str) -> Any:
-    """A `VecNormalize` that its `save` has written."""
+    """A `VecNormalize` that its `save` has written.
+
+    Raises:
+        UnknownNameError: there is no such file.
+        UntrustedCodeError: the user has not agreed to run what it holds.
+        ValueError: the file is damaged, or something else.
+    """
     if not Path(path).is_file():
         raise UnknownNameError(f"there is no file {path!r}: vecnormalize names what VecNormalize.save has written")
-    require_trust(f"sb3:{path}")
+    require_trust(f"vecnormalize={path}")
     try:
         found = pickle.loads(Path(path).read_bytes())
     except Exception as error:  # whatever pickle raises

@@ -35,6 +35,7 @@ class Head:
 
     log_deviation: Array | None = None  # of Gaussian actions, (k,)
     sampled: bool = False  # drawn, and not the most likely ones
+    masked: bool = True  # only legal ones, where the inputs tell them
 
 
 class WiredPolicy(AnalyticPolicy):
@@ -147,7 +148,7 @@ class WiredPolicy(AnalyticPolicy):
             return wired.row_actions(np.clip(found, -1.0, 1.0))
         if generators is not None:
             found = found + np.concatenate([generator.gumbel(size=size) for generator in generators])
-        if wired.columns.mask:
+        if wired.columns.mask and self._head.masked:
             found = np.where(wired.legal(rows), found, -np.inf)
         ends = np.cumsum(choices_of(wired.action_space))
         parts = [part.argmax(axis=1) for part in np.split(found, ends[:-1], axis=1)]

@@ -12,13 +12,14 @@ from gymnasium.vector import AutoresetMode
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.declare.objective import is_own
-from cps_envs.core.declare.seeds import SEEDS_PER_RUN, training_seed, validation_seed
+from cps_envs.core.declare.seeds import SEEDS_PER_BLOCK, SEEDS_PER_RUN, training_seed, validation_seed
 from cps_envs.core.declare.training import Training
 from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.configuration_file import with_file
 from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.interfaces.configured import Stage
 from cps_envs.core.interfaces.info import batch_info
+from cps_envs.core.interfaces.options import reseeded
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.learning.beside import Beside
 from cps_envs.core.learning.outside import Outside
@@ -30,7 +31,7 @@ from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role
 
-PLAIN: dict[str, Any] = {"pay_power": 1.0, "relative": False, "practised": {}}  # of evaluations
+PLAIN: dict[str, Any] = {"pay_power": 1.0, "relative": False}  # settings of evaluations
 APART = {"opponent", "num_envs", "practised", "sampled", "total_timesteps", "ppo"}  # arguments, or for learners
 SETTINGS: Collection[str] = {entry.name for entry in fields(Training)} - APART
 STARTS = ("start", "staggered")  # options of `reset`
@@ -53,8 +54,9 @@ class LearningVectorEnv(RoleVectorEnv):
     - Rewards may be those that teach most, see `Training.pay_power` and `Training.relative`, and so may episodes, see
       `Training.practised`; fields that you set yourself are as you set them.
 
-    With `evaluation=True` the same inputs and actions are for judging: episodes have validation seeds, and each `reset`
-    starts the same ones, all at their first step. They are paid what the role is paid, in the configuration as it is.
+    With `evaluation=True` the same inputs, of the same scale, and actions are for judging: each `reset` starts with the
+    same validation episodes, all at their first step, and the next ones of the batch follow as these end. They are paid
+    what the role is paid, in the configuration as it is.
 
     `active()` and `privileged()` are for learners that can use them.
     """
@@ -123,6 +125,7 @@ class LearningVectorEnv(RoleVectorEnv):
         self.copies = check_count("copies", copies)
         if self.episodes % self.copies:
             raise ConfigurationError(f"num_envs = {self.episodes} must be a multiple of copies = {self.copies}")
+        self._played = np.zeros(self.episodes, np.int64)  # episodes of an evaluation that have begun since the reset
         self._cut = np.zeros(self.episodes, np.bool_)  # whose beginning nobody has played
         self._paid = np.zeros((self.episodes, self.agents))  # so far, of which `pay_power` is taken
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
@@ -145,6 +148,9 @@ class LearningVectorEnv(RoleVectorEnv):
         practised = self._base.practised if preset == LEARNING else {}
         mixed = {**practised, **options}
         found = setting(self.problem, self.role, preset, interface, mixed, self._base, SETTINGS)
+        if self.evaluation and practised:
+            plain = setting(self.problem, self.role, preset, interface, options, self._base, SETTINGS)
+            found = replace(plain, practised=found.config)
         self.training = found.training
         own = {name: value for name, value in found.overrides.items() if name in options}
         return replace(found, overrides=own)  # what a trained network is played in
@@ -171,10 +177,8 @@ class LearningVectorEnv(RoleVectorEnv):
         if seed is not None:
             self._run = _number("seed", seed[0] if isinstance(seed, Sequence) else seed)
         self._start = _number("start", (options or {}).get("start", 0))
-        first = validation_seed(self._run) if self.evaluation else training_seed(self._run)
-        count = self.episodes // self.copies
-        places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
-        self._generators = seeded([first + place for place in places.tolist()])
+        self._played[:] = 0
+        self._generators = seeded(self._seeds())
         staggered = (options or {}).get("staggered", self._staggered)
         self._once = drawn
         try:
@@ -247,7 +251,20 @@ class LearningVectorEnv(RoleVectorEnv):
         if begins_anew:
             self._stagger(self._staggered)
 
+    def _seeds(self) -> list[int]:
+        """The seeds (B,) of the episodes that begin next."""
+        count = self.episodes // self.copies
+        first, most = training_seed(self._run), SEEDS_PER_RUN
+        if self.evaluation:
+            first, most = validation_seed(self._run), SEEDS_PER_BLOCK
+        places = ((self._start + self._played) * count + np.arange(self.episodes) % count) % most
+        seeds: list[int] = (first + places).tolist()
+        return seeds
+
     def _play(self, envs: BoolArray, drawn: Any) -> None:
+        if self.evaluation:
+            self._generators = reseeded(self._generators, self._seeds(), envs)
+            self._played[envs] += 1
         if self._beside is not None:
             self._beside.reset(envs, self._generators, drawn)
         super()._play(envs, drawn)

@@ -49,6 +49,7 @@ class Setting:
     config: Any
     interface: str  # "learning" or "native"
     training: Training
+    practised: Any = None  # the configuration that was trained in, and whose scale inputs have, if it is another one
 
     def wiring(self, match: Match, *, joint: bool, flat: bool, scaling: Scaling | WiredBox | None = None) -> Wiring:
         """The wiring that the settings ask for; `scaling` None: what ships, or is measured. A space brings its own.
@@ -67,9 +68,10 @@ class Setting:
             **{name: getattr(self.training, name) for name in INTERFACE},
         )
         alone = replace(plain, joint=False, flat=False)
-        if isinstance(scaling, WiredBox):
-            scaling = scaling.wiring.mean, scaling.wiring.deviation
-        mean, deviation = scaling or scaling_for(self.problem, self.config, self.preset, alone)
+        if scaling is None:
+            mean, deviation = scaling_for(self.problem, self.practised or self.config, self.preset, alone)
+        else:
+            mean, deviation = _given(scaling)
         return replace(plain, mean=mean, deviation=deviation)
 
     def side(self, match: Match, *, joint: bool, flat: bool, scaling: Scaling | WiredBox | None = None) -> Side:
@@ -146,6 +148,21 @@ def rival_of(found: Setting, opponent: PolicyReference | None) -> PolicyReferenc
 def decisions_of(match: Match, role: Role, frame_skip: int) -> int:
     """How often a role decides in an episode that the clock ends."""
     return -(-match.game.horizon // (match.game.decision_interval[role] * frame_skip))
+
+
+def _given(scaling: Any) -> Scaling:
+    """Mean and deviation as they are, or of an observation space.
+
+    Raises:
+        ConfigurationError: it is neither.
+    """
+    found = (scaling.wiring.mean, scaling.wiring.deviation) if isinstance(scaling, WiredBox) else scaling
+    try:
+        mean, deviation = (tuple(float(value) for value in each) for each in found)
+    except (TypeError, ValueError):
+        text = "must be mean and deviation of the inputs, or a model's observation_space of the interface for learners"
+        raise ConfigurationError(f"scaling = {shown(scaling)} {text}") from None
+    return mean, deviation
 
 
 def _check(own: dict[str, Any]) -> None:

@@ -180,11 +180,14 @@ def _owner(name: str, spec: RoleSpec | None = None) -> str:
     return f"{short!r} is {_whose(problem, role)}. "
 
 
-def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:
-    if unused:
-        raise TypeError(f"{name} is built already: it takes no options {', '.join(unused)}")
+def _checked(policy: Any, name: str, spec: RoleSpec, options: Mapping[str, Any] = MappingProxyType({})) -> Policy:
+    """What is built already, if it is a policy of this role; only models still take options."""
     if hasattr(policy, "predict") and hasattr(policy, "observation_space") and MODELS in _registered(SOURCES):
-        policy = load(_registered(SOURCES)[MODELS])(policy, spec)
+        play = partial(load(_registered(SOURCES)[MODELS]), policy)
+        check_policy_options(play, options, _short(name))
+        policy = play(spec, **options)
+    elif options:
+        raise TypeError(f"{name} is built already: it takes no options {', '.join(options)}")
     if not isinstance(policy, Policy):
         raise TypeError(
             f"{name} is not a policy: it has no method predict(observation, state, episode_start, deterministic)"

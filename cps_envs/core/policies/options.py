@@ -15,6 +15,7 @@ KINDS: Mapping[str, tuple[type, str]] = {  # by annotation
     "int": (Integral, "a whole number"),
     "float": (Real, "a number"),
     "str": (str, "a word"),
+    "bool": (bool, "true or false"),
     "None": (NoneType, "null"),
 }
 
@@ -22,7 +23,7 @@ KINDS: Mapping[str, tuple[type, str]] = {  # by annotation
 def check_policy_options(target: Callable[..., Any], options: Mapping[str, Any], name: str) -> None:
     """That options are those of `target`, which builds a policy of this name, and what its annotations say.
 
-    These are numbers, words or objects. What annotations of other kinds mean is the policy's own business.
+    These are numbers, words, true or false, or objects. Annotations of other kinds are the policy's own business.
 
     Raises:
         ConfigurationError: there is no such option, or it is of another kind.

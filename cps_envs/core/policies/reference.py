@@ -15,6 +15,7 @@ from cps_envs.core.errors import ConfigurationError, shown
 
 MOST_DEPTH = 20  # of policies inside one another
 OPTION = re.compile(r"[A-Za-z_][\w.-]*=")  # how a name=value pair begins
+ARCHIVE = re.compile(rf"\.zip\?(?={OPTION.pattern})")  # a file's name in front of one, whose value may be a path
 DECODER = json.JSONDecoder()
 
 
@@ -58,7 +59,7 @@ def parse_reference(text: str, sources: Collection[str] = (), depth: int = 0) ->
 
     Values are read as JSON where possible. A value that begins as JSON ends where the JSON does, so that an `&` inside
     it separates nothing; `%26` and the like are decoded. Behind one of the registered `sources` the name may be a path:
-    its options begin at the first question mark behind the last `/` that name=value pairs follow.
+    its options begin at the first question mark behind `.zip`, else behind the last `/`, that name=value pairs follow.
 
     Raises:
         ConfigurationError: options that are no name=value pairs, are given twice, or hold policies that are nested too
@@ -88,6 +89,8 @@ def _parted(text: str, sources: Collection[str]) -> tuple[str, str | None]:
     if not _is_sourced(text, sources):
         title, mark, query = text.partition("?")
         return title, query if mark else None
+    if archive := ARCHIVE.search(text):
+        return text[: archive.end() - 1], text[archive.end() :]
     place = text.rfind("/")
     while (place := text.find("?", place + 1)) >= 0:
         if OPTION.match(text, place + 1):
