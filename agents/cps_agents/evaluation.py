@@ -57,8 +57,8 @@ class Standing:
         }
 
 
-def compare(table: Table, store: Store, workers: int, report: Report = silent) -> tuple[list[Standing], int]:
-    """Play what `store` does not have and judge everything, opponent by opponent; also how many meetings it had."""
+def compare(table: Table, store: Store, workers: int, report: Report = silent) -> list[Standing]:
+    """Play what `store` does not have and judge everything, opponent by opponent."""
     with Workers(workers) as pool:
         played = play([table], store, pool, report=report)
     role: Role = table.judged or "attacker"
@@ -66,12 +66,11 @@ def compare(table: Table, store: Store, workers: int, report: Report = silent) -
     for place, results in played.results.items():
         pair = table.pair(place[1:])
         values.setdefault(pair[other(role)].name, {})[pair[role].name] = scores(results, table.metric, table.per)
-    standings = [
+    return [
         _standing(table, role, rival.name, each.name, values[rival.name])
         for rival in table.players(other(role))
         for each in table.players(role)
     ]
-    return standings, played.reused
 
 
 def _standing(table: Table, role: Role, opponent: str, name: str, values: Mapping[str, FloatArray]) -> Standing:

@@ -67,15 +67,22 @@ def test_the_paper_s_number_is_beside_ours(tmp_path: Path) -> None:
     assert "crash or not agrees in 0 of 1" in agreement(outcome)
 
 
+def reused(folder: Path) -> int:
+    kept = Store(folder)
+    run_benchmark(TINY, kept, workers=1)
+    assert kept.asked == 6
+    return kept.reused
+
+
 def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 0
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 6
+    assert reused(tmp_path) == 0
+    assert reused(tmp_path) == 6
     next(tmp_path.glob("*random-copy*")).write_text('{"job": ')
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 5
+    assert reused(tmp_path) == 5
     monkeypatch.setattr(store, "fingerprint", lambda problem: "other code")
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 0
+    assert reused(tmp_path) == 0
     assert len(list(tmp_path.iterdir())) == 6
 
 
@@ -125,7 +132,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatc
     assert {file.name for file in (tmp_path / "out").iterdir()} == names
     assert len(list(meetings.iterdir())) == 2
     second = invoke(*arguments, "--json")
-    assert "Played before: 2 meetings" in second.stderr
+    assert "Reused 2 of 2 meetings" in second.stderr
     assert json.loads(second.stdout)["problems"][0]["problem"] == "disbanding"
     succeeded(*arguments, "--html", str(tmp_path / "page"))
     page = (tmp_path / "page" / "index.html").read_text(encoding="utf-8")

@@ -23,6 +23,7 @@ from cps_envs.core.declare.panel import Contestant, mixture
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.game.game import Game
 from cps_envs.registration import find_problem
+from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 FOLDERS = [
@@ -174,3 +175,80 @@ def test_a_kind_is_that_of_the_networks_inside(tmp_path: Path) -> None:
     assert kind_of(track, mixture([f"{mine}?untrained=true", "none"])).name == "untrained"
     with pytest.raises(ConfigurationError, match="given twice"):
         kind_of(track, f"{mine}?seed=1&seed=0")
+
+
+MINE = """
+import helper_of_one
+from cps_envs.core.policies.policy import repeat, AnalyticPolicy
+import numpy as np
+
+class Mine(AnalyticPolicy):
+    def __init__(self, spec, weights="own_weights.npy"):
+        super().__init__(spec)
+        self.level = float(np.load(weights)) * helper_of_one.LEVEL
+
+    def act(self, seen, state):
+        return repeat(np.array([self.level]), len(seen)), state
+"""
+
+
+def write_mine(folder: Path) -> None:
+    (folder / "code_of_two.py").write_text(MINE)
+    (folder / "helper_of_one.py").write_text("from inner_package import LEVEL\n")
+    (folder / "inner_package").mkdir()
+    (folder / "inner_package" / "__init__.py").write_text("from .deep import LEVEL\n")
+    (folder / "inner_package" / "deep.py").write_text("import lazy_one\nLEVEL = 1.0\n")
+    (folder / "lazy_one.py").write_text("")
+    (folder / "logs").mkdir()
+    for name in ("own_weights.npy", "other_weights.npy"):
+        np.save(folder / name, 1.0)
+    (folder / "logs" / "attack.csv").write_text("time_s,attacker_pull\n0,1\n")
+
+
+@pytest.mark.parametrize(
+    ("reference", "changed"),
+    [
+        ("code_of_two:Mine?weights=other_weights.npy", "other_weights.npy"),
+        ("code_of_two:Mine", "own_weights.npy"),  # which only the code names
+        ("code_of_two:Mine", "code_of_two.py"),
+        ("code_of_two:Mine", "helper_of_one.py"),
+        ("code_of_two:Mine", "inner_package/deep.py"),
+        ("code_of_two:Mine", "lazy_one.py"),
+        ('mixture?policies=["none","trace?file=logs/attack.csv"]', "logs/attack.csv"),
+        ('always?action=[1]&notes={"where":["logs"]}', "logs/attack.csv"),  # a folder
+    ],
+)
+def test_what_a_policy_depends_on_is_known_by_content(
+    reference: str, changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    write_mine(tmp_path)
+    before = dict(origin_of("rogue", reference).sources)
+    assert dict(origin_of("rogue", reference).sources) == before
+    assert "code_of_two" not in sys.modules  # nothing is run to know it
+    with (tmp_path / changed).open("ab") as file:
+        file.write(b"\n")
+    after = origin_of("rogue", reference).sources
+    assert before.keys() == after.keys()
+    assert len({name for name in before if before[name] != after[name]}) == 1
+
+
+def test_an_evaluation_says_what_it_reuses_and_plays_again_what_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    write_mine(tmp_path)
+    short = ["--set", "duration_s=4", "--episodes", "2", "--jobs", "1", "--json"]
+    names = ["--attacker", "code_of_two:Mine?weights=own_weights.npy", "--defender", "pd"]
+    command = ["--trust", "evaluate", "rogue", "attacker", *names, *short]
+    first, again = invoke(*command), invoke(*command)
+    assert "Reused" not in first.stderr
+    assert "Reused 1 of 1 meetings; --fresh plays them again." in " ".join(again.stderr.split())
+    np.save(tmp_path / "own_weights.npy", 0.0)
+    changed = invoke(*command)
+    assert "Reused" not in changed.stderr
+    means = [json.loads(each.stdout)["standings"][0]["mean"] for each in (first, again, changed)]
+    assert means[0] == means[1] != means[2]
+    assert json.loads(invoke(*command, "--fresh").stdout)["standings"][0]["mean"] == means[2]

@@ -23,10 +23,9 @@ def silent(*told: object) -> None:
 
 @dataclass
 class Played:
-    """The results of the meetings of tables, and how many of them were found finished."""
+    """The results of the meetings of tables."""
 
     results: dict[Place, list[Result]] = field(default_factory=dict)  # of the meetings of each pair
-    reused: int = 0  # meetings found finished
     jobs: int = 0  # different meetings
 
 
@@ -44,23 +43,22 @@ def play(tables: Sequence[Table], store: Store, pool: Workers, *, report: Report
     every = {file_name(job): job for jobs in asked.values() for job in jobs}
     results: dict[str, Result] = {}
     played = Played(jobs=len(every))
-    for job, result, known in finish_all(sorted(every.values(), key=lambda job: -job.episodes), store, pool):
+    for job, result in finish_all(sorted(every.values(), key=lambda job: -job.episodes), store, pool):
         results[file_name(job)] = result
-        played.reused += known
         report(len(results), played.jobs, job.label)
     played.results = {place: [results[file_name(job)] for job in jobs] for place, jobs in asked.items()}
     return played
 
 
-def finish_all(jobs: Sequence[AnyJob], store: Store, pool: Workers) -> Iterator[tuple[AnyJob, Result, bool]]:
-    """Jobs with their results, and whether `store` had them; those that it did not have are done and kept."""
+def finish_all(jobs: Sequence[AnyJob], store: Store, pool: Workers) -> Iterator[tuple[AnyJob, Result]]:
+    """Jobs with their results; those that `store` does not have are done and kept."""
     left = []
     for job in jobs:
         result = store.get(job)
         if result is None:
             left.append(job)
         else:
-            yield job, result, True
+            yield job, result
     for job, result in pool.run(attempt, left):
         store.put(job, result)
-        yield job, result, False
+        yield job, result

@@ -18,7 +18,7 @@ from cps_agents.console import to_json
 from cps_agents.files import write_json
 from cps_agents.machine import versions
 from cps_agents.zoo.card import SHIPPED
-from cps_agents.zoo.references import hash_of_code
+from cps_agents.zoo.code import hashes_of_code
 from cps_envs import PROBLEMS
 from cps_envs.core.declare.objective import weights_of
 from cps_envs.core.documents import DamagedFileError, read_entry
@@ -38,12 +38,13 @@ class Store:
     def __init__(self, folder: Path, *, fresh: bool = False) -> None:
         self.folder = folder
         self._versions = versions()
-        self._own: set[Path] | None = set() if fresh else None
+        self._fresh = fresh
+        self._own, self._found = set[Path](), set[Path]()  # kept by this one, and found finished
 
     def get(self, job: Job) -> Result | None:
         """The result of a job that was done before, or None; a damaged or edited file counts as not there."""
         path = self._path(job)
-        if self._own is not None and path not in self._own:
+        if self._fresh and path not in self._own:
             return None
         try:
             found = read_entry(path, "kept result", "It is computed again.")
@@ -53,7 +54,10 @@ class Store:
             job.check(result)
         except (OSError, DamagedFileError):
             return None
-        return result.plain() if kept.get("digest") == _digest(result.value) else None
+        if kept.get("digest") != _digest(result.value):
+            return None
+        self._found.add(path)
+        return result.plain()
 
     def put(self, job: Job, result: Result) -> None:
         """Keep a result."""
@@ -63,8 +67,17 @@ class Store:
         except OSError as error:
             remedy = f"{error.strerror}. Finished games are kept there: name another folder with --meetings DIR"
             raise OSError(error.errno, remedy, str(path)) from error
-        if self._own is not None:
-            self._own.add(path)
+        self._own.add(path)
+
+    @property
+    def reused(self) -> int:
+        """Jobs whose results were found finished."""
+        return len(self._found - self._own)
+
+    @property
+    def asked(self) -> int:
+        """Jobs whose results were found finished or kept."""
+        return len(self._found | self._own)
 
     def _described(self, job: Job) -> dict[str, Any]:
         """The job, and what its result depends on beside it, as they come back from a file."""
@@ -83,8 +96,9 @@ def identity(job: Job) -> dict[str, Any]:
     if venue is None:
         return plain
     place = {"problem": venue.problem, "config": asdict(venue.config)}
-    paid = weights_of(venue.config)
-    return {**plain, "venue": place | ({"payoff_code": hash_of_code(paid)} if isinstance(paid, str) else {})}
+    if isinstance(paid := weights_of(venue.config), str):
+        place["payoff_code"] = hashes_of_code([paid.partition(":")[0]])
+    return {**plain, "venue": place}
 
 
 @lru_cache

@@ -23,6 +23,7 @@ from cps_agents.commands.options import (
     Meetings,
     Oracles,
     Steps,
+    conclude,
     described,
     role_named,
 )
@@ -118,8 +119,8 @@ def best_response(
         print_json(content)
     else:
         _show(question, responses, judgement, over_value)
-    written = f"Written: {folder / 'best-response.json'}. The response plays as {responses.chosen.reference}"
-    note(written)
+    conclude([folder / "best-response.json"], store)
+    note(f"The response plays as {responses.chosen.reference}")
 
 
 def _entered(entry: Path, problem: str, role: Role) -> tuple[list[str] | None, list[str] | None, str]:

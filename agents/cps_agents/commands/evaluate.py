@@ -118,8 +118,8 @@ def _everybody(venue: Venue, role: Role) -> list[str]:
 
 def _compare(table: Table, store: Store, workers: int) -> list[Standing]:
     with built_by_user(), Progress("policies against opponents", 1) as progress:
-        standings, reused = compare(table, store, workers, progress.report)
-    conclude([], reused)
+        standings = compare(table, store, workers, progress.report)
+    conclude([], store)
     return standings
 
 

@@ -88,7 +88,7 @@ def league(
         print_json(document(found, describe(), wall_s))
     else:
         _show(found)
-    conclude(files, found.payoffs.reused, f"{wall_s:.0f} s.")
+    conclude(files, store, f"{wall_s:.0f} s.")
 
 
 def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +16,9 @@ from cps_envs.core.declare.foreign import tell
 from cps_envs.core.game.configuration_file import ARGUMENT, with_file
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role
+
+if TYPE_CHECKING:  # commands that play nothing start without it
+    from cps_agents.arena.store import Store
 
 MEETINGS = Path("results/meetings")
 KEPT = "Keep finished games in this folder, which all commands share."
@@ -114,9 +117,10 @@ def described(
     return chosen, values
 
 
-def conclude(files: Sequence[Path], reused: int = 0, *notes: str) -> None:
+def conclude(files: Sequence[Path], store: Store, *notes: str) -> None:
     """Say what was found finished and what was written."""
-    again = f"Played before: {reused} meeting{'s' * (reused > 1)}; --fresh plays again." if reused else ""
+    all_of = f"Reused {store.reused} of {store.asked} meetings; --fresh plays them again."
+    again = all_of if store.reused else ""
     written = f"Written: {', '.join(map(str, files))}." if files else ""
     if said := " ".join(filter(None, (*notes, again, written))):
         note(said)

@@ -22,9 +22,9 @@ from cps_agents.commands.options import (
     Jobs,
     Meetings,
     Preset,
+    conclude,
     described,
 )
-from cps_agents.console import note
 from cps_agents.files import alone_in
 from cps_agents.league.league import asked
 from cps_agents.machine import available_cores
@@ -85,8 +85,8 @@ def report(
         with Progress("episodes to watch", 1) as progress:
             page = write_report(Report(boards, replays, curves, sheets), folder, cores, progress.report)
     missing = sum(board.missing for board in boards)
-    unplayed = f" {missing} pairs have not been played and are marked." if missing else ""
-    note(f"Written: {page}.{unplayed}" + ("" if serve else " Open it in a browser; --serve does."))
+    unplayed = [f"{missing} pairs have not been played and are marked."] if missing else []
+    conclude([page], store, *unplayed, *([] if serve else ["Open the page in a browser; --serve does."]))
     if serve:
         serve_folder(folder)
 

@@ -24,6 +24,7 @@ from cps_agents.commands.options import (
     Oracles,
     Preset,
     Steps,
+    conclude,
     described,
 )
 from cps_agents.console import assignments, err, note, out, print_json
@@ -89,8 +90,7 @@ def self_play(
         print_json(_document(outcome))
     else:
         _show(outcome)
-    written = ", ".join(str(folder / f"self-play.{suffix}") for suffix in ("json", "png"))
-    note(f"Written: {written}")
+    conclude([folder / f"self-play.{suffix}" for suffix in ("json", "png")], store)
 
 
 def _settings(

@@ -94,7 +94,6 @@ class Payoffs:
     values: FloatArray  # (m, n, E)
     cpu_s: FloatArray  # (m, n)
     results: Mapping[Pair, Result]
-    reused: int = 0  # pairs that had played before
 
     @property
     def means(self) -> FloatArray:
@@ -103,7 +102,7 @@ class Payoffs:
         return found
 
 
-def payoffs_of(table: Table, results: Mapping[Pair, Result], reused: int = 0) -> Payoffs:
+def payoffs_of(table: Table, results: Mapping[Pair, Result]) -> Payoffs:
     """What the table measures, from the results of every pair.
 
     Raises:
@@ -112,7 +111,7 @@ def payoffs_of(table: Table, results: Mapping[Pair, Result], reused: int = 0) ->
     shape = (len(table.attackers), len(table.defenders))
     values = np.array([scores([results[pair]], table.metric)[0] for pair in table.pairs]).reshape(*shape, -1)
     cpu_s = np.array([results[pair]["cpu_s"] for pair in table.pairs]).reshape(shape)
-    return Payoffs(values, cpu_s, results, reused)
+    return Payoffs(values, cpu_s, results)
 
 
 def play_table(table: Table, store: Store, pool: Workers, report: Report = silent) -> Payoffs:
@@ -123,7 +122,7 @@ def play_table(table: Table, store: Store, pool: Workers, report: Report = silen
         CommandError: a pair cannot play.
     """
     played = play([table], store, pool, report=report)
-    return payoffs_of(table, {place[1:]: result for place, (result,) in played.results.items()}, played.reused)
+    return payoffs_of(table, {place[1:]: result for place, (result,) in played.results.items()})
 
 
 def has_played(table: Table, role: Role, place: int, store: Store) -> bool:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.card import Card, read_card
+from cps_agents.zoo.code import hash_of, hashes_of_code, hashes_of_files, modules_of_model
 from cps_agents.zoo.files import find, read_pair
 from cps_envs.core.declare.config import form_fields
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
@@ -21,7 +20,6 @@ from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
 
 ZOO, SB3 = "zoo", "sb3"  # sources
-COVERED = ("cps_envs", "cps_baselines")  # by the hash of our own code
 PLAYED = ("preset", "overrides", "activation", "head", "decentralised", "observation_size", "actions", "best")
 
 
@@ -85,11 +83,6 @@ def form_of(reference: str, config: Any) -> dict[str, Any]:
     return _form([read_card(find(each.name)) for each in parsed(reference).walk() if each.source == ZOO], config)
 
 
-def hash_of_code(text: str) -> str:
-    """A hash of the module or package that a text `module:attribute` names."""
-    return _hash(_files(_unit(text.partition(":")[0])))
-
-
 def is_trained(reference: str) -> bool:
     """Whether training made a policy, or one of a mixture."""
     return any(each.source in (ZOO, SB3) for each in parsed(reference).walk())
@@ -146,20 +139,22 @@ def _hash_of(card: Card, data: bytes) -> str:
 
 
 def _sources(problem: str, references: Iterable[Reference]) -> dict[str, str]:
-    """Hashes of code and models of one's own that a problem and references name."""
+    """Hashes of code, models and files of one's own that a problem and references name."""
     found: dict[str, str] = {}
     modules = [problem.partition(":")[0]] if ":" in problem else []
     for each in (inner for reference in references for inner in reference.walk()):
+        found |= hashes_of_files(each.options)
         if each.source == SB3:
-            found[each.title] = _hash([_model(each.name)])
+            path = _model(each.name)
+            found[each.title] = hash_of([path])
+            modules += modules_of_model(path)
         elif each.source and each.source != ZOO:
             entry = source_entry(each.source)
             modules.append(each.source if entry is None else entry.module)
         elif not each.source:
             entries = (policy_entry(problem, role, each.name.removeprefix(f"{problem}.{role}.")) for role in ROLES)
             modules += [entry.module for entry in entries if entry is not None]
-    own = dict.fromkeys(map(_unit, modules))
-    return found | {f"module:{name}": _hash(_files(name)) for name in own if name.partition(".")[0] not in COVERED}
+    return found | hashes_of_code(modules)
 
 
 def _model(name: str) -> Path:
@@ -167,35 +162,3 @@ def _model(name: str) -> Path:
     if not path.is_file():
         raise UnknownNameError(f"there is no file {name!r}: write sb3:PATH, a model that stable-baselines3 saved")
     return path
-
-
-def _unit(module: str) -> str:
-    """What is hashed for a module: the whole package that it is in, of ours the module alone."""
-    top = module.partition(".")[0]
-    return module if top == "cps_agents" else top
-
-
-def _files(unit: str) -> list[Path]:
-    """The Python files of a module or package; a top-level one is found without being imported.
-
-    Raises:
-        UnknownNameError: there is no such module, or it has no files.
-    """
-    try:
-        spec = find_spec(unit)
-    except (ImportError, ValueError):  # such as of `__main__`
-        spec, made = None, getattr(sys.modules.get(unit), "__file__", None)
-        if made is not None:
-            return [Path(made)]
-    if spec is None:
-        raise UnknownNameError(f"there is no module {unit!r} with files, so whether it changed cannot be told")
-    if folders := spec.submodule_search_locations:
-        return sorted(file for folder in folders for file in Path(folder).rglob("*.py"))
-    return [Path(spec.origin)] if spec.origin is not None and spec.has_location else []
-
-
-def _hash(files: Iterable[Path]) -> str:
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]

@@ -59,7 +59,8 @@ def benchmark(
     with alone_in(folder):
         started = time.monotonic()
         outcomes = []
-        for outcome in _outcomes(chosen, Store(meetings, fresh=fresh), jobs or available_cores()):
+        store = Store(meetings, fresh=fresh)
+        for outcome in _outcomes(chosen, store, jobs or available_cores()):
             outcomes.append(outcome)
             if not as_json:
                 _show(outcome)
@@ -73,7 +74,7 @@ def benchmark(
         print_json(found)
     left = not (full or table) and any(table.only_full for each in every for table in each.tables)
     more = "--full plays the other tables, too." if left else ""
-    conclude(files, sum(outcome.played.reused for outcome in outcomes), f"{wall_s:.0f} s.", more)
+    conclude(files, store, f"{wall_s:.0f} s.", more)
     if quick:
         err().print("--quick: few episodes; these are no results.")
 
