@@ -29,6 +29,21 @@ TARGETS = {  # modules, and the tests that have to notice a mistake in them; oth
     "cps_envs/core/declare/{actions,fields}.py": "tests/core/declare/test_{actions,fields}.py",
     "cps_envs/core/compute/clock.py": "tests/core/{compute/test_clock,game/test_match,interfaces/test_environments}.py",
     "cps_envs/core/compute/{streams,generators}.py": "tests/core/compute/test_{generators,streams}.py",
+    "cps_envs/core/learning/{wiring,wired_player,side,beside,scaling,outside}.py": (
+        "tests/core/learning/test_by_value.py"
+    ),
+    "cps_envs/core/learning/setting.py": "tests/core/learning/test_{by_value,setting}.py",
+    "cps_envs/core/interfaces/learning_env.py": "tests/core/learning/test_{by_value,learning_env}.py "
+    "-k 'not short_names'",
+    "cps_envs/core/interfaces/agents_batch.py": "tests/core/interfaces/test_agents_batch.py "
+    "tests/core/learning/test_by_value.py -k 'not scale'",
+    "cps_envs/core/interfaces/configured.py": "tests/core/interfaces/test_configure.py -k 'not problems and not liars'",
+    "cps_envs/core/declare/{series,traces}.py": "tests/core/declare/test_{series,traces}.py",
+    "cps_envs/core/{declare,game}/objective.py": "tests/core/game/test_paid.py",
+    "cps_envs/core/game/configuration_file.py": "tests/core/game/test_configuration_file.py "
+    "-k 'not door and not beside and not practise'",
+    "cps_envs/core/policies/{reference,team}.py": "tests/core/policies/test_reference.py "
+    "tests/core/learning/test_by_value.py -k 'not scale'",
     "cps_envs/core/policies/mixture.py": "tests/core/policies/test_{mixture,policy}.py",
     "cps_envs/disbanding/dynamics.py": "tests/disbanding/test_{contact,reference}.py",
     "cps_envs/disbanding/{payoff,observation,start}.py": "tests/disbanding/test_{game,radio,circumstances}.py -k "
@@ -47,6 +62,8 @@ TARGETS = {  # modules, and the tests that have to notice a mistake in them; oth
     "agents/cps_agents/arena/statistics.py": "tests/agents/test_evaluation_statistics.py",
     "agents/cps_agents/league/equilibrium.py": "tests/agents/test_league_{equilibrium,value}.py",
     "agents/cps_agents/league/exploitability.py": "tests/agents/test_league_response.py -k 'gain or fresh or cannot'",
+    "agents/cps_agents/zoo/references.py": "tests/agents/test_references.py -k 'not folder or plain or ends'",
+    "agents/cps_agents/scoring/{verify,board}.py": "tests/agents/test_verifying.py",
     "agents/cps_agents/scoring/score.py": "tests/agents/test_scoring.py -k 'weighs or worst or same or digits or part'",
     "paper/cps_paper/verdicts.py": "tests/baselines/test_exhibit.py -k 'left or near or rule or unit'",
 }
@@ -54,6 +71,7 @@ HEAVY = ("hypothesis", "numba", "gymnasium", "pettingzoo", "scipy.stats", "safet
 PYTEST = ("-xq", "-p", "no:cacheprovider", "-p", "no:xdist", "--hypothesis-seed=0")
 FIRST_LIMIT_S, SPARE_S, FACTOR = 600, 20, 5  # CPU seconds of the tests without and with a mistake
 PAIRS = ("Lt LtE", "Gt GtE", "Eq NotEq", "Is IsNot", "In NotIn", "Add Sub", "Mult Div", "BitAnd BitOr", "And Or")
+BLOCKS = ("body", "orelse", "finalbody")  # fields of statements that hold others
 SWAPPED = {a: b for pair in PAIRS for a, b in (pair.split(), pair.split()[::-1])}
 SWAPPED |= dict.fromkeys(("FloorDiv", "Mod", "Pow"), "Mult") | dict.fromkeys(("USub", "Invert"), "UAdd")
 
@@ -72,11 +90,13 @@ def mutants(source: str, path: str) -> list[tuple[str, CodeType]]:
     """A module with one mistake each: the line and the change in words, and the code."""
     tree, found = ast.parse(source), []
     for node, name, value in list(_changes(tree)):
-        before, kept = ast.unparse(node).splitlines()[0], getattr(node, name)
+        kept = getattr(node, name)
+        told = next(old for old, new in zip(kept, value, strict=True) if old is not new) if name in BLOCKS else node
+        before = ast.unparse(told).splitlines()[0]
         setattr(node, name, value)
-        after = ast.unparse(node).splitlines()[0]
+        after = "pass" if name in BLOCKS else ast.unparse(node).splitlines()[0]
         code = compile(ast.fix_missing_locations(tree), path, "exec")
-        found.append((f"{path}:{getattr(node, 'lineno', 0)}: {before[:100]}  ->  {after[:100]}", code))
+        found.append((f"{path}:{getattr(told, 'lineno', 0)}: {before[:100]}  ->  {after[:100]}", code))
         setattr(node, name, kept)
     return found
 
@@ -85,6 +105,11 @@ def _changes(tree: ast.Module) -> Iterator[tuple[ast.AST, str, Any]]:
     """A node, its field and what the field becomes; not in annotations, decorators and messages of errors."""
     quiet = {id(each) for node in ast.walk(tree) for part in _quiet(node) for each in ast.walk(part)}
     for node in (each for each in ast.walk(tree) if id(each) not in quiet):
+        for name in BLOCKS:
+            block = getattr(node, name, None)
+            for place, each in enumerate(block if isinstance(block, list) else []):
+                if _acts(each):
+                    yield node, name, [*block[:place], ast.Pass(), *block[place + 1 :]]
         name, old = next(((name, op) for name in ("op", "ops") if (op := getattr(node, name, None))), ("", None))
         kinds = [type(each).__name__ for each in (old if isinstance(old, list) else [old])]
         if len(kinds) == 1 and kinds[0] in SWAPPED:
@@ -98,6 +123,14 @@ def _changes(tree: ast.Module) -> Iterator[tuple[ast.AST, str, Any]]:
             yield node, "value", not node.value
         elif isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
             yield node, "value", node.value + (1 if isinstance(node.value, int) else 0.5 * node.value + 0.1)
+
+
+def _acts(statement: ast.AST) -> bool:
+    """Whether all that a statement does is to change something: it can be left out."""
+    if isinstance(statement, ast.Assign):
+        return all(isinstance(target, (ast.Attribute, ast.Subscript)) for target in statement.targets)
+    calls = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call)
+    return calls or isinstance(statement, ast.AugAssign)
 
 
 def _quiet(node: ast.AST) -> list[ast.AST]:
