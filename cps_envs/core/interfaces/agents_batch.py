@@ -13,7 +13,7 @@ from gymnasium import spaces
 from cps_envs.core.declare.actions import ActionReader
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.declare.training import NATIVE
-from cps_envs.core.errors import ConfigurationError, shown
+from cps_envs.core.errors import ConfigurationError, UnknownNameError, near, shown
 from cps_envs.core.game.match import Match
 from cps_envs.core.game.problem import LEARNING, Problem
 from cps_envs.core.interfaces.configured import Configured
@@ -240,16 +240,33 @@ class AgentsForm(Configured):
         vars(self).update(game=stage.game, overrides=stage.overrides)
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
-        """The observation space of an agent in one episode, the same for every agent of a role."""
-        return self._hands[agent].observation_space
+        """The observation space of an agent in one episode, the same for every agent of a role.
+
+        Raises:
+            UnknownNameError: there is no such agent.
+        """
+        return self._hand(agent).observation_space
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
-        """The action space of an agent in one episode, the same for every agent of a role."""
-        return self._hands[agent].action_space
+        """The action space of an agent in one episode, the same for every agent of a role.
+
+        Raises:
+            UnknownNameError: there is no such agent.
+        """
+        return self._hand(agent).action_space
 
     def neutral_action(self, agent: str) -> Array:
-        """The action of an agent that is as good as none, of the shape of its action space."""
-        return self._hands[agent].neutral_action
+        """The action of an agent that is as good as none, of the shape of its action space.
+
+        Raises:
+            UnknownNameError: there is no such agent.
+        """
+        return self._hand(agent).neutral_action
+
+    def _hand(self, agent: str) -> Hand:
+        if not isinstance(agent, str) or agent not in self._hands:
+            raise UnknownNameError(f"there is no agent {shown(agent)} here. {near(str(agent), self._hands)}")
+        return self._hands[agent]
 
 
 def team_of(problem: Problem, role: Role, adapter: str | None) -> dict[Role, str | None]:

@@ -12,9 +12,10 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.declare.actions import SHOWN, choices_of
-from cps_envs.core.errors import shown
+from cps_envs.core.errors import near, shown
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.agents_batch import AgentsBatch, AgentsForm, Hand
+from cps_envs.core.interfaces.options import check_seed
 from cps_envs.core.learning.outside import Outside
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.types import Array, Observation, Role
@@ -68,8 +69,9 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
 
         Raises:
             ConfigurationError: options name what no episode draws, or a value that this environment is not made for.
+            ValueError: the seed is no whole number from 0 on, or the options are no dictionary.
         """
-        drawn = self._asked(options)
+        drawn, seed = self._asked(options), check_seed(seed)
         if seed is not None or self._generator is None:
             self._generator = seeding.np_random(seed)[0]
         self._renew()
@@ -86,7 +88,7 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
         Raises:
             ResetNeeded: no episode is running.
             ValueError: an agent's action is missing, has a wrong shape, is not finite, or is discrete and not in its
-                space. A Box action outside its bounds counts as the nearest one inside.
+                space; or there is no such agent. A Box action outside its bounds counts as the nearest one inside.
         """
         if not self.agents:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
@@ -109,13 +111,21 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
             self.agents = []
         return observations, paid, *ends, infos
 
+    def check_action(self, agent: str, action: Any) -> None:
+        """Check what an agent wants to do.
+
+        Raises:
+            ValueError: the action has a wrong shape, is not finite, or is discrete and not in the agent's space.
+        """
+        self._hand(agent).reader.single(action)
+
     def state(self) -> Observation:
         """What all roles played from outside observe, and what the episode hides from them, (n,): for critics.
 
         Raises:
             ResetNeeded: before the first reset.
         """
-        self._check_begun()
+        self.check_begun()
         shown: Observation = self._batch.state()[0]
         return shown
 
@@ -125,7 +135,7 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
         Raises:
             ResetNeeded: before the first reset.
         """
-        self._check_begun()
+        self.check_begun()
         return self._renderer.render(self.render_mode)
 
     def close(self) -> None:
@@ -153,7 +163,7 @@ class AgentsEnv(AgentsForm, ParallelEnv[str, Observation, Any]):
 
 
 def check_agents(actions: Any, agents: list[str]) -> None:
-    """Check that there is an action for every agent.
+    """Check that there is an action for every agent, and for nobody else.
 
     Raises:
         ValueError: there is not.
@@ -164,6 +174,9 @@ def check_agents(actions: Any, agents: list[str]) -> None:
     if missing:
         some = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
         raise ValueError(f"each agent has to act, but {len(missing)} actions are missing: {some}")
+    if len(actions) > len(agents):
+        odd = next(name for name in actions if name not in agents)
+        raise ValueError(f"there is no agent {shown(odd, SHOWN)} to act. {near(str(odd), agents)}")
 
 
 def _read(hand: Hand, actions: Mapping[str, Any]) -> Array:

@@ -122,8 +122,13 @@ class AgentsVectorEnv(AgentsForm):
         Raises:
             ResetNeeded: before the first reset.
         """
-        self._check_begun()
+        self.check_begun()
         return self._batch.state()
+
+    @property
+    def unwrapped(self) -> AgentsVectorEnv:
+        """Itself, as of every other form."""
+        return self
 
     def close(self) -> None:
         """Nothing is open."""

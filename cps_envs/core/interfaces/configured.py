@@ -117,6 +117,7 @@ class Configured:
             ConfigurationError: an unknown field, a value that cannot be right, or one with which agents would see or do
                 something else: make another environment then.
             UnknownNameError: there is no such opponent.
+            TypeError: the opponent is no policy.
         """
         newest = self._next or self._stage
         rival = newest.opponent if opponent is None else opponent
@@ -200,7 +201,7 @@ class Configured:
         game.check_draws(drawn)
         return drawn
 
-    def _check_begun(self) -> None:
+    def check_begun(self) -> None:
         """Raise ResetNeeded before the first reset, where there is no episode to tell of."""
         if not self._begun:
             raise ResetNeeded("no episode has begun: call reset() first")

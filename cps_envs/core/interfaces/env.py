@@ -15,6 +15,7 @@ from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces.configured import Configured, Stage, stage_of
 from cps_envs.core.interfaces.info import Costs, episode_info
 from cps_envs.core.interfaces.masks import masks_of
+from cps_envs.core.interfaces.options import check_seed
 from cps_envs.core.learning.setting import decisions_of, rival_of, setting
 from cps_envs.core.learning.wiring import Scaling, WiredBox
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
@@ -102,9 +103,10 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
 
         Raises:
             ConfigurationError: options name what no episode draws, or a value that this environment is not made for.
+            ValueError: the seed is no whole number from 0 on, or the options are no dictionary.
         """
         drawn = self._asked(options)
-        super().reset(seed=seed)
+        super().reset(seed=check_seed(seed))
         self._renew()
         self._match.reset(self._envs, [self.np_random], drawn)
         self._side.begin(self._envs)
@@ -141,7 +143,7 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
             AttributeError: everything in the action space is legal. So `hasattr` tells whether there are masks.
             ResetNeeded: the function is called before the first reset.
         """
-        masks = masks_of(self._side, self.game, self.role, self._check_begun)
+        masks = masks_of(self._side, self.game, self.role, self.check_begun)
         return lambda: masks()[0]
 
     def render(self) -> Array | None:
@@ -150,7 +152,7 @@ class RoleEnv(Configured, gymnasium.Env[Observation, Any]):
         Raises:
             ResetNeeded: before the first reset.
         """
-        self._check_begun()
+        self.check_begun()
         return self._renderer.render(self.render_mode)
 
     def close(self) -> None:

@@ -6,10 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias, cast
 
-from pettingzoo import AECEnv
-from pettingzoo.utils.conversions import parallel_to_aec
-
 from cps_envs.core.game.problem import Problem
+from cps_envs.core.interfaces.aec_env import RolesAECEnv
 from cps_envs.core.interfaces.env import RoleEnv
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv, RolesVectorEnv
 from cps_envs.core.interfaces.registration import class_name
@@ -27,7 +25,7 @@ class Forms:
     attack: Classes  # ...AttackEnv, ...AttackVectorEnv
     defense: Classes  # ...DefenseEnv, ...DefenseVectorEnv
     parallel_env: Callable[..., RolesParallelEnv | RolesVectorEnv]
-    env: Callable[..., AECEnv[Any, Any, Any]]
+    env: Callable[..., RolesAECEnv]
     swarm_env: Callable[..., SwarmEnv | SwarmVectorEnv]
 
 
@@ -57,9 +55,9 @@ def declare(
             return RolesVectorEnv(problem, num_envs, **kwargs)
         return RolesParallelEnv(problem, **kwargs)
 
-    def env(**kwargs: Any) -> AECEnv[Any, Any, Any]:
+    def env(**kwargs: Any) -> RolesAECEnv:
         """`parallel_env` as a turn-based `pettingzoo.AECEnv`. The two moves of a step still count as simultaneous."""
-        return parallel_to_aec(RolesParallelEnv(problem, **kwargs))
+        return RolesAECEnv(RolesParallelEnv(problem, **kwargs))
 
     def swarm_env(role: Role = "defender", num_envs: int | None = None, **kwargs: Any) -> SwarmEnv | SwarmVectorEnv:
         if num_envs is not None:

@@ -168,18 +168,27 @@ class LearningVectorEnv(RoleVectorEnv):
         the episodes draw which start now.
 
         Raises:
-            ConfigurationError: the seed or the start is no whole number, or negative; or options name what no episode
-                draws, or a value that this environment is not made for.
+            ConfigurationError: the seed or the start is no whole number, or negative; seed, start or staggered stand
+                beside a reset_mask; or options name what no episode draws, or a value that this environment is not
+                made for.
         """
         drawn = self._asked(options, OPTIONS)
         if (options or {}).get("reset_mask") is not None:
-            return super().reset(options={name: value for name, value in (options or {}).items() if name not in STARTS})
-        if seed is not None:
-            self._run = _number("seed", seed[0] if isinstance(seed, Sequence) else seed)
-        self._start = _number("start", (options or {}).get("start", 0))
+            named = next((name for name in STARTS if name in (options or {})), None if seed is None else "seed")
+            if named is not None:
+                raise ConfigurationError(
+                    f"{named} is for all episodes of a run, and reset_mask starts some of them: leave one of them out"
+                )
+            return super().reset(options=options)
+        start, staggered = (options or {}).get("start", 0), (options or {}).get("staggered", self._staggered)
+        if not isinstance(staggered, bool):
+            raise ConfigurationError(f"staggered = {shown(staggered)} must be True or False")
+        alone = seed[0] if isinstance(seed, (list, tuple)) and len(seed) == 1 else seed
+        run = self._run if seed is None else _number("seed", alone)
+        training_seed(run)
+        self._run, self._start = run, _number("start", start)
         self._played[:] = 0
         self._generators = seeded(self._seeds())
-        staggered = (options or {}).get("staggered", self._staggered)
         self._once = drawn
         try:
             self._renew()
@@ -195,7 +204,7 @@ class LearningVectorEnv(RoleVectorEnv):
         Raises:
             ResetNeeded: before the first reset.
         """
-        self._check_begun()
+        self.check_begun()
         found = self._player.active()
         marks: BoolArray = np.logical_or.reduce(found.reshape(self.num_envs, -1), axis=1)
         return marks
@@ -212,7 +221,7 @@ class LearningVectorEnv(RoleVectorEnv):
         Raises:
             ResetNeeded: before the first reset.
         """
-        self._check_begun()
+        self.check_begun()
         shown = self.outside.privileged()
         return shown.reshape(self.num_envs, -1)
 

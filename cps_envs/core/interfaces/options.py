@@ -30,6 +30,19 @@ def check_autoreset(mode: str | AutoresetMode) -> AutoresetMode:
     return known[mode]
 
 
+def check_seed(seed: Any) -> int | None:
+    """The seed of one episode, or None.
+
+    Raises:
+        ValueError: it is no whole number from 0 on.
+    """
+    if seed is None:
+        return None
+    if isinstance(seed, (bool, np.bool_)) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise ValueError(f"seed = {shown(seed)} must be a whole number from 0 on, or None")
+    return int(seed)
+
+
 def check_mask(mask: Any, num_envs: int, *, begun: bool, alike: bool) -> BoolArray:
     """The episodes (B,) that `options["reset_mask"]` marks.
 

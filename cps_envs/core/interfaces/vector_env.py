@@ -193,7 +193,7 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
             AttributeError: this role has no masks. So `hasattr` tells whether it has any.
             ResetNeeded: the function is called before the first reset.
         """
-        return masks_of(self._side, self.game, self.role, self._check_begun)
+        return masks_of(self._side, self.game, self.role, self.check_begun)
 
     def render(self) -> tuple[Array, ...] | None:
         """One frame per environment in mode `rgb_array`; in mode `human` the first environment is shown.
@@ -201,7 +201,7 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
         Raises:
             ResetNeeded: before the first reset.
         """
-        self._check_begun()
+        self.check_begun()
         if self.render_mode == "rgb_array":
             return tuple(self._renderer.frame(row // self.agents) for row in range(self.num_envs))
         self._renderer.render(self.render_mode)
