@@ -42,9 +42,11 @@ setup: $(ALL) ## install everything into the virtual environment and compile all
 benchmark: $(LIGHT) ## the main tables beside the paper's numbers, into results/; ARGS=--full for all (no torch)
 	$(BIN)/cps-envs reproduce benchmark --out results $(ARGS)
 
+# Problems whose kernels tests need: those of the package, and the test bed of the paper.
+TESTED := disbanding fdi hvac rogue cps_paper.testbed.robots.problem:TESTBED
 test: $(ALL) ## compile all kernels and run the tests
 	@echo "make test: compile what is not compiled yet, once for all processes; 'make setup' does it ahead."
-	$(BIN)/cps-envs warm
+	$(BIN)/cps-envs --trust warm $(addprefix --problem ,$(TESTED))
 	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute."
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
 

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 
 import pytest
-from hypothesis import HealthCheck, settings
+
+sys.dont_write_bytecode = False  # else each process that tests start, and each that runs tests, compiles every module
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+from hypothesis import HealthCheck, settings  # noqa: E402
 
 os.environ.setdefault("CPS_ENVS_QUIET", "1")  # tests compare stderr, of processes that they start, too
 os.environ.setdefault("CPS_ENVS_TRUST", "1")  # tests, and processes that they start, name code of their own
