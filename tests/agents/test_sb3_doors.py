@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -15,7 +15,6 @@ import pytest
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.panel import mixture, written
 from cps_envs.core.declare.seeds import VALIDATION, training_seed
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import resolve_policy
 from cps_envs.core.policies.trust import vouched
@@ -27,8 +26,7 @@ pytest.importorskip("sb3_contrib")
 import torch
 from sb3_contrib import MaskablePPO, RecurrentPPO
 from sb3_contrib.common.maskable.evaluation import evaluate_policy as evaluate_masked
-from stable_baselines3 import DQN, PPO
-from stable_baselines3.common.callbacks import EvalCallback
+from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecFrameStack, VecNormalize
 

@@ -28,9 +28,9 @@ from cps_agents.sheet import Sheet
 from cps_paper.chapter import Reproduction
 from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
-from cps_paper.commands.readings import (ChapterReading, chosen, draw, readings, render, summarize, write_sheets)
-from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed, refuse_older_rechecks
 from cps_paper.commands.numbers import by_number
+from cps_paper.commands.readings import ChapterReading, chosen, draw, readings, render, summarize, write_sheets
+from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed, refuse_older_rechecks
 from cps_paper.commands.summary import publish as put
 from cps_paper.evidence import Report as Told
 from cps_paper.figures import require_matplotlib
