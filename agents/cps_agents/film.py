@@ -259,11 +259,18 @@ def _movie(writer: Any) -> Iterator[Shoot]:
 
 @contextmanager
 def _animation(path: Path, fps: float) -> Iterator[Shoot]:
-    """A GIF by pillow, imageio's own engine for it; all frames share their colours, so that what stays is kept once."""
+    """A GIF by pillow, imageio's own engine for it; all frames share their colours, so that what stays is kept once.
+
+    The colours of large areas are kept as they are drawn, the others of letters and edges are merged.
+    """
     images = require("PIL.Image", extra="render", purpose="writing a GIF")
     frames: list[Array] = []
     yield lambda frame: frames.append(frame.copy())
-    some = np.concatenate(frames[:: max(1, len(frames) // 8)])
-    palette = images.fromarray(some).quantize(GIF_COLOURS, method=images.Quantize.MAXCOVERAGE)
+    some = np.concatenate(frames[:: max(1, len(frames) // 8)]).reshape(-1, 3)
+    colours, area = np.unique(some, axis=0, return_counts=True)
+    flat = colours[np.argsort(-area, kind="stable")[: GIF_COLOURS // 2]]
+    others = images.fromarray(colours[None]).quantize(GIF_COLOURS - len(flat), method=images.Quantize.MAXCOVERAGE)
+    palette = images.new("P", (1, 1))
+    palette.putpalette(flat.astype(np.uint8).tobytes() + bytes(others.getpalette()[: 3 * (GIF_COLOURS - len(flat))]))
     first, *others = [images.fromarray(frame).quantize(palette=palette, dither=images.Dither.NONE) for frame in frames]
     first.save(path, save_all=True, append_images=others, duration=1000.0 / fps, loop=0)
