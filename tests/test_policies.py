@@ -22,10 +22,11 @@ RIVALS = {  # whom the others meet
 }
 NOBODY = {"attacker": "none", "defender": "none"}
 OPTIONS = {"plan": "plan?events=[[4,2]]", "ga": "ga?generations=2&population=6"}
+POWERS = {"command_attack_w": 300.0, "denial": ("readings", "commands")}  # which some attackers of hvac need
 SHORT: Mapping[str, list[dict[str, Any]]] = {
     "disbanding": [{"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}],
     "fdi": [{}],
-    "hvac": [{"num_steps": 230, "num_sensors": sensors, "kalman_filters": True} for sensors in (4, 8)],
+    "hvac": [{"num_steps": 230, "num_sensors": sensors, "kalman_filters": True, **POWERS} for sensors in (4, 8)],
     "rogue": [{"duration_s": 2.0, "onset_s": 0.0}],
 }
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from cps_envs import PROBLEMS
+from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.policies.lookup import resolve_policy
@@ -17,6 +18,7 @@ from cps_paper.testbed.robots.problem import TESTBED
 from tests.episodes import spec_of
 
 HYPOTHESES = "cps_baselines.fdi.hypotheses:Hypotheses"
+PUSHED = {"command_attack_w": 300.0}
 FULL = r"attack_action|keep_noise=true"  # attackers that replace readings need the full action
 Overrides = Mapping[str, Any]
 CONFIGURATIONS: Mapping[str, Sequence[tuple[Overrides, str]]] = {
@@ -97,6 +99,9 @@ CONFIGURATIONS: Mapping[str, Sequence[tuple[Overrides, str]]] = {
         ({"num_compromised": 5}, "lower it"),
         ({"onset_step": 720}, "raise num_steps"),
         ({"onset_step": (100, 800)}, "raise num_steps"),
+        ({"command_attack_w": -1.0}, "outside"),
+        ({"reference_attack_c": (1.0, 2.0)}, "zone"),
+        ({"denial": ("everything",)}, "readings, commands"),
         ({"window_steps": 3}, "window_steps"),
         ({"window_steps": 720}, "num_steps"),
         ({"window": 100}, "'window_steps'"),
@@ -192,6 +197,14 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
         ("brink", {"attack_action": "bias"}, "any"),
         ("brink", {"sensor_sets": [1, 2, 0, 3, 4, 0, 1]}, "2, 3, 4"),
         ("tracker", {}, "kalman_filters=true"),
+        ("push", {}, "set command_attack_w or reference_attack_c"),
+        ("push?direction=up", PUSHED, "paid, warmer"),
+        ("push?share=1.5", PUSHED, "at most 1"),
+        ("push?direction=away", {**PUSHED, "attacker_view": "grey"}, "white"),
+        ("covert", {}, "set command_attack_w"),
+        ("covert?share=0", PUSHED, "above 0"),
+        ("jam", {}, "set denial"),
+        ("jam?hold_h=0", {"denial": ["commands"]}, "positive time"),
     ],
     ("hvac", "attacker", "learning"): [
         *((f"tracker?{each}", {}, "positive") for each in ("level=0", "gain=-1", "cap_c=0", "noise=-0.1")),
@@ -208,8 +221,10 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
     ("hvac", "defender", "learning"): [
         *(
             (each, {}, "positive")
-            for each in ("cusum?kappa=0", "cusum?smooth=-1", "largest?limit=0", "largest?smooth=-1")
+            for each in ("cusum?kappa=0", "cusum?smooth=-1", "largest?limit=0", "largest?smooth=-1", "monitor?hold_h=0")
         ),
+        ("monitor", {"controller": "on_off"}, 'set controller="clip"'),
+        ("monitor", {"outdoor_c": Series((5.0, 9.0), 3600.0, repeats=True)}, "leave series out"),
     ],
     ("rogue", "attacker", "paper"): [
         ("square?frequency_hz=0", {}, "frequency_hz > 0"),

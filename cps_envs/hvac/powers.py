@@ -29,7 +29,7 @@ class Powers(NamedTuple):
 
 def powers_of(config: Parameters) -> Powers:
     """The layout of the attacker's action: S entries for readings, then those that the configuration asks for."""
-    n, end, places = config.num_zones, config.num_sensors, []
+    n, end, places = config.num_zones, config.num_sensors, list[int]()
     for present, size in (
         (config.attack_action == "any", 1),
         (extremes(config.command_attack_w)[1] > 0.0, n),
@@ -39,4 +39,4 @@ def powers_of(config: Parameters) -> Powers:
     ):
         places.append(end if present else ABSENT)
         end += size if present else 0
-    return Powers(*places, entries=end)
+    return Powers._make((*places, end))

@@ -137,8 +137,8 @@ class HeatLossMimic(Stealthy):
         return bias
 
 
-def loss_response(config: HvacConfig, loss_w: float) -> FloatArray:
-    """How much colder (K, n), C, the zones are 0..K-1 steps after every one began to lose `loss_w`."""
+def loss_response(config: HvacConfig, loss_w: float | FloatArray) -> FloatArray:
+    """How much colder (K, n), C, the zones are 0..K-1 steps after every one began to lose `loss_w`, or (n,) of it."""
     building = discretise(config)
     colder = np.zeros((config.num_steps, config.num_zones))
     for k in range(1, config.num_steps):
