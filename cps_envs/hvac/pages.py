@@ -10,6 +10,7 @@ THREATS = """\
 | | attacker | defender |
 |---|---|---|
 | touches | the readings of the compromised sensors | which sensors, filter or model the controller believes |
+| may also touch, by fields | commands, set-points, messages | thermostats that hear neither |
 | sees | true temperatures; in `paper` and `easy` the last choice | all readings, residuals, estimates, heating |
 | knows | who is compromised, and from when on | neither |
 | pays for | nothing | nothing, but in `learning` the model alone drifts away |
@@ -32,16 +33,26 @@ what the controller gets: the raw readings, an estimate from a set of sensors th
 readings are based on. An entry `a` counts in units of 15 C, half the sensor range. The next reading of a compromised
 sensor is:
 
-| Last entry | Reading, clipped to the sensor range [10, 40] C |
+| Entry S + 1 | Reading, clipped to the sensor range [10, 40] C |
 |---|---|
 | below -1/3 | true temperature of the zone + 15 a |
 | between | own noisy measurement + 15 a; a = 0 leaves it alone |
 | above 1/3 | 25 + 15 a, the middle of the sensor range + 15 a |
 
-With `attack_action="bias"` there is no last entry, and the middle row holds. Entries of honest sensors have no effect,
+With `attack_action="bias"` there is no such entry, and the middle row holds. Entries of honest sensors have no effect,
 and before the onset no entry has. Both roles move at the same time. The attacker's action of step k forges the
 readings of k + 1, and the defender's answers those of k. The readings of k = 0 are never forged.
 `cps_envs.hvac.attack.absolute_action` and `bias_action` write actions in C.
+
+Three fields give the attacker more entries, in this order, and `with_powers` writes them. They change commands and
+set-points of step k, from the onset on:
+
+| Field | Entries | Meaning |
+|---|---|---|
+| `command_attack_w` | one per zone | times the field, added to the heating command of the zone, within the plant's limits |
+| `reference_attack_c` | one per zone | times the field, by which the set-point moves that the controller hears |
+| `denial=("readings",)` | 1 | above 1/3 no readings arrive, and all sensors show the last |
+| `denial=("commands",)` | 1 | above 1/3 no commands arrive, and zones are heated as before |
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["attacker"].decode(observation)` gives units back.
@@ -115,10 +126,13 @@ the last N_e = 200 samples.
 | 2 sets + 2 | that of the filter of all sensors |
 | 2 sets + 3 | that of the filter without sensors |
 
+With `thermostats=True` there is one more action, the last: thermostats on the spot heat each zone by its raw readings.
+They switch `hysteresis_c` from the set-point, and hear no commands and no set-points from elsewhere.
+
 The filters also estimate the heat that nobody measures. The other estimates take it for zero.
 
-Until the window of N_e samples is full (`ready`), `info["action_mask"]` and `action_masks()` allow only 0 and sets + 1.
-Every action but 0 then means recursive least squares of all sensors. Moving target defences draw among the sets that
+Until the window of N_e samples is full (`ready`), `info["action_mask"]` and `action_masks()` allow only 0, sets + 1
+and thermostats. Every action but 0 and thermostats then means recursive least squares of all sensors. Moving target defences draw among the sets that
 `better_half` (MTD1) or `passes` (MTD2) marks in the observation. Both marks answer the newest readings and are
 computed in full precision.
 
