@@ -22,7 +22,6 @@ from cps_envs.core.declare.foreign import ForeignSettingWarning
 
 WRONG_INPUT = 2
 TRUST = "--trust"
-SHOW_WARNING = warnings.showwarning
 HELP = {"help_option_names": ["-h", "--help"]}
 
 
@@ -300,9 +299,7 @@ def main() -> None:
     app(prog_name="cps-envs")
 
 
-def show_warning(message: Warning | str, category: type[Warning], *place: Any, **others: Any) -> None:
-    """One of ours as a note, without the place in the code that gave it."""
-    if issubclass(category, ForeignSettingWarning):
-        note(f"Note: {message}.")
-    else:
-        SHOW_WARNING(message, category, *place, **others)
+def show_warning(message: Warning | str, category: type[Warning], *place: Any, **_: Any) -> None:
+    """A warning on stderr; one of ours as a note, without the place in the code that gave it."""
+    ours = issubclass(category, ForeignSettingWarning)
+    note(f"Note: {message}." if ours else warnings.formatwarning(message, category, *place[:2]).rstrip())

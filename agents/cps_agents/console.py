@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -13,24 +14,41 @@ if TYPE_CHECKING:
 
 def out() -> Console:
     """The console of results."""
-    from rich.console import Console
-
-    return Console(highlight=False)
+    return _console()(highlight=False)
 
 
 def err() -> Console:
     """The console of progress, notes and errors."""
-    from rich.console import Console
+    return _console()(stderr=True, highlight=False)
 
-    return Console(stderr=True, highlight=False)
+
+@cache
+def _console() -> type[Console]:
+    """A console on which no text steers the terminal, whatever a file of a stranger, or its name, has in it."""
+    from rich.console import Console
+    from rich.segment import Segment
+
+    class Clean(Console):
+        """Drops control characters from texts, not those that colour them or draw a bar."""
+
+        def render(self, renderable: Any, options: Any = None) -> Iterable[Segment]:
+            """The segments of what is printed."""
+            for segment in super().render(renderable, options):
+                yield segment if segment.control else segment._replace(text=clean(segment.text))
+
+    return Clean
+
+
+def clean(text: str) -> str:
+    """A text of lines without characters that steer a terminal."""
+    from cps_envs.core.documents import printable
+
+    return text if text.isascii() and text.isprintable() else "\n".join(map(printable, text.split("\n")))
 
 
 def note(line: str) -> None:
     """A line on stderr, as it is."""
-    from cps_envs.core.documents import printable
-
-    clean = "\n".join(printable(each) for each in line.split("\n"))  # whatever a file of a stranger put into it
-    err().print(clean, markup=False, soft_wrap=True)
+    err().print(line, markup=False, soft_wrap=True)
 
 
 def print_json(value: Any) -> None:

@@ -20,7 +20,8 @@ else:
 
 MOST_BYTES = 64 * 2**20  # of a document
 SHORT_NUMBER = re.compile(r"[+-]?(\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?")  # Python's, not JSON's
-MOST_INSIDE = 2 * 10**6  # lists and objects of a document, counted before it is read as JSON
+MOST_INSIDE = 5 * 10**5  # lists and objects of a document, counted before it is read as JSON
+MOST_VALUES = 4 * 10**6  # commas, likewise; and cells of a table, tags of XML
 MOST_DEPTH = 60  # of lists and objects inside one another
 TURNING = frozenset(map(chr, (*range(0x202A, 0x202F), *range(0x2066, 0x206A))))  # the direction of writing
 SHOWN = 40  # characters of a wrong value
@@ -229,11 +230,10 @@ def parse(text: str) -> Any:
 
     Raises:
         json.JSONDecodeError: it is no JSON.
-        ValueError: it is nested too deeply, has too many lists and objects, or has such a number.
+        ValueError: it is nested too deeply, has too many values, or has such a number.
     """
-    count = text.count("[") + text.count("{")
-    if count > MOST_INSIDE:
-        raise ValueError(f"it has {count} lists and objects, more than {MOST_INSIDE}")
+    check_count(text, "[{", "lists and objects", MOST_INSIDE)
+    check_count(text, ",", "values")
     try:
         found = json.loads(text, parse_constant=_refuse)
     except RecursionError:
@@ -244,6 +244,17 @@ def parse(text: str) -> Any:
     if too_deep:
         raise ValueError("it is nested too deeply")
     return found
+
+
+def check_count(text: str, marks: str, what: str, most: int = MOST_VALUES) -> None:
+    """That a text has no more of these marks than can be read within seconds.
+
+    Raises:
+        ValueError: it has.
+    """
+    count = sum(map(text.count, marks))
+    if count > most:
+        raise ValueError(f"it has {count} {what}, more than {most}")
 
 
 def printable(value: Any) -> Any:

@@ -105,5 +105,5 @@ def _days(first: IntArray, counts: IntArray) -> IntArray:
 
 
 def _of_days(wrong: BoolArray) -> str:
-    days: BoolArray = wrong.any(axis=1)
-    return f", on {days.sum()} of the {len(days)} days that were looked at" if len(days) > 1 else ""
+    days = len(wrong)
+    return f", on {int(wrong.any(axis=1).sum())} of the {days} days that were looked at" if days > 1 else ""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.declare.series import Series
-from cps_envs.core.documents import MOST_BYTES, read_bytes
+from cps_envs.core.documents import MOST_BYTES, check_count, read_bytes
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray
 
@@ -94,9 +94,10 @@ def _weather(path: Path, ground: Series | None, column: Column, at: tuple[int, i
 def _rows(path: Path) -> list[list[str]]:
     try:
         text = read_bytes(path, MOST_BYTES).decode("latin-1")
-    except (OSError, ValueError) as error:
+        check_count(text, ",\r\n", "cells")
+        return list(csv.reader(text.splitlines()))
+    except (OSError, ValueError, csv.Error) as error:
         raise ConfigurationError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}.") from None
-    return list(csv.reader(text.splitlines()))
 
 
 def _number(path: object, line: int, name: str, row: list[str], at: int, limits: tuple[float, float]) -> float:

@@ -6,11 +6,14 @@ import json
 import os
 import subprocess
 import sys
+import unicodedata
 from pathlib import Path
 
 import pytest
 
-from cps_agents.console import note
+from cps_agents.cli import show_warning
+from cps_agents.console import err, note, out
+from cps_agents.sheet import Sheet
 
 QUICK = ("--set", "duration_s=20")
 COMMANDS = {
@@ -51,6 +54,19 @@ def test_tables_are_printed_where_the_encoding_has_no_lines(encoding: str, tmp_p
         assert found
         assert "----" in rest.partition("\n<")[0], name
     assert "??" not in printed
+
+
+@pytest.mark.parametrize("steering", ["\x1b[2J", "\x1b]0;title\x07", "\x9b2J", "\u202e", "\r"])
+def test_no_text_steers_the_terminal(steering: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for console in (out(), err()):
+        console.print(f"[bold]a{steering}b[/]", soft_wrap=True)
+        console.print(Sheet(f"t{steering}", (f"h{steering}",), [(f"c{steering}",)]))
+    note(f"n{steering}")
+    show_warning(UserWarning(f"w{steering}"), UserWarning, f"file{steering}.py", 1)
+    for text in capsys.readouterr():
+        assert "".join(letter for letter in steering if letter.isprintable()) in text
+        assert not any(unicodedata.category(letter) == "Cc" for letter in text.replace("\n", ""))
+        assert "\u202e" not in text
 
 
 def test_notes_are_printed_whole(capsys: pytest.CaptureFixture[str]) -> None:

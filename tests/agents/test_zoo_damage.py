@@ -270,6 +270,7 @@ def test_a_card_cannot_write_to_the_terminal(command: str, tmp_path: Path) -> No
         {"seeds": {"0": None}},
         {"seeds": {"0": {"steps": "x"}}},
         {"seeds": {"0": {"validation": None}}},
+        {"seeds": {"0": {"steps": 10**400}}},
         {"seeds": {"0": {}, "x y": {}}},
         {"evaluation": {"a": "b"}},
         {"evaluation": {"a": {"row": {"mean": [1], "metric": "return"}}}},

@@ -131,9 +131,11 @@ def test_texts_do_not_steer_a_terminal() -> None:
             entry_of(json.dumps({"digest": text}), Source("score.json", "score", "Make it."))["digest"].text()
 
 
-def test_a_document_of_too_many_lists_is_refused_before_it_is_read() -> None:
-    with pytest.raises(ValueError, match="has 2000001 lists and objects, more than 2000000"):
-        parse("[" + "[]," * 2_000_000)  # no JSON, which nobody has noticed yet
+def test_a_document_of_too_many_values_is_refused_before_it_is_read() -> None:
+    with pytest.raises(ValueError, match="has 500001 lists and objects, more than 500000"):
+        parse("[" + "[]," * 500_000)  # no JSON, which nobody has noticed yet
+    with pytest.raises(ValueError, match="has 4000001 values, more than 4000000"):
+        parse("[" + "1," * 4_000_001)
 
 
 def test_lines_end_alike_on_every_system(tmp_path: Path) -> None:

@@ -90,3 +90,11 @@ def test_broken_tmy3_files_are_refused(tmp_path: Path) -> None:
         read_tmy3(tmp_path / "none.csv")
     with pytest.raises(ConfigurationError, match="depth = 2"):
         read_epw(epw(tmp_path), depth=2)
+
+
+def test_what_is_too_large_to_be_weather_is_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "year.epw"
+    for text, said in (("," * 4_000_001, "has 4000001 cells"), ("a" * 200_000, "field larger than field limit")):
+        path.write_text(text)
+        with pytest.raises(ConfigurationError, match=said):
+            read_epw(path)

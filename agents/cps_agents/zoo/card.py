@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -90,7 +90,7 @@ def _check_facts(place: str, facts: Any, numbers: Sequence[str]) -> None:
         raise ValueError(f"{place} is no mapping")
     for name in numbers:
         value = facts.get(name, 0)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= sys.float_info.max:
             raise ValueError(f"{place}.{name} = {str(value)[:40]!r} is no finite number")
 
 

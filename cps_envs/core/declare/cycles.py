@@ -10,10 +10,11 @@ import numpy as np
 
 from cps_envs.core.declare.series import Series
 from cps_envs.core.declare.traces import TIME, Table, even_times, read_table
-from cps_envs.core.documents import MOST_BYTES, read_bytes
+from cps_envs.core.documents import MOST_BYTES, check_count, read_bytes
 from cps_envs.core.errors import ConfigurationError, near
 
 SPEEDS = {"m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704}  # in m/s
+DEEPEST = 8  # elements inside one another; SUMO writes three
 TIMES = ("time_s", "time", "time_seconds", "seconds", "t", "t_s", "cycsecs", "sec", "test time, secs")
 SPEED_NAMES = ("speed", "velocity", "v", "target speed", "vehicle_speed", "cyc")
 SHIPPED = Path(__file__).parents[2] / "data"
@@ -94,17 +95,22 @@ def _recorded(path: Path, vehicle: str) -> tuple[list[float], list[float]]:
 
     found: dict[str, tuple[list[float], list[float]]] = {}
     try:
-        data = read_bytes(path, MOST_BYTES)
-        if b"<!DOCTYPE" in data[:4096] or b"<!ENTITY" in data:
+        text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")
+        check_count(text, "<", "tags")
+        if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise ValueError("it declares a document type, which SUMO does not write")
-        for _, step in ElementTree.iterparse(io.BytesIO(data)):
-            if step.tag == "timestep":
+        depth, data = 0, io.BytesIO(text.encode())
+        for event, step in ElementTree.iterparse(data, ("start", "end")):
+            depth += 1 if event == "start" else -1
+            if depth > DEEPEST:
+                raise ValueError("it is nested too deeply")
+            if event == "end" and step.tag == "timestep":
                 for each in step.iter("vehicle"):
                     times, speeds = found.setdefault(each.attrib["id"], ([], []))
                     times.append(float(step.attrib["time"]))
                     speeds.append(float(each.attrib["speed"]))
                 step.clear()
-    except (OSError, ValueError, KeyError, ElementTree.ParseError) as error:
+    except (OSError, ValueError, LookupError, ElementTree.ParseError) as error:
         raise ConfigurationError(f"{path} cannot be read as SUMO's fcd-output: {error}.") from None
     if not found:
         raise ConfigurationError(f"{path} has no vehicle in it: SUMO writes them with --fcd-output.")

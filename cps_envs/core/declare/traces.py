@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cps_envs.core.declare.series import EVEN, Series
-from cps_envs.core.documents import MOST_BYTES, read_bytes
+from cps_envs.core.documents import MOST_BYTES, MOST_VALUES, check_count, read_bytes
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.types import FloatArray, IntArray
 
 TIME = "time_s"
 KINDS = (".csv", ".csv.gz", ".parquet")
+MOST_COLUMNS = 1000
 
 
 class Table(NamedTuple):
@@ -166,6 +167,10 @@ def _csv(path: Path, data: bytes) -> Table:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigurationError(f"{path} cannot be read: it is no text in UTF-8 (byte {error.start}).") from None
+    try:
+        check_count(text, ",\r\n", "cells")
+    except ValueError as error:
+        raise ConfigurationError(f"{path} cannot be read: {error}.") from None
     kept = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
     try:
         rows = list(csv.reader([line for _, line in kept], strict=True))
@@ -202,6 +207,8 @@ def _no_number(path: Path, names: Sequence[str], lines: IntArray, rows: Sequence
 
 
 def _check_header(path: Path, names: Sequence[str]) -> None:
+    if len(names) > MOST_COLUMNS:
+        raise ConfigurationError(f"{path} has {len(names)} columns, more than {MOST_COLUMNS}.")
     for name in names:
         if not name or names.count(name) > 1:
             wrong = f"the column {name!r} twice" if name else "a column without a name"
@@ -214,6 +221,9 @@ def _parquet(path: Path, data: bytes) -> Table:
     except ImportError:
         raise ConfigurationError(f"{path} needs the package pyarrow: install it, or save the table as CSV.") from None
     try:
+        about = parquet.read_metadata(BufferReader(data))
+        if about.num_rows * about.num_columns > MOST_VALUES:  # a few bytes may say how to make that many
+            raise ConfigurationError(f"{path} has {about.num_rows * about.num_columns} cells, more than {MOST_VALUES}.")
         read: Any = parquet.read_table(BufferReader(data))
     except (lib.ArrowException, OSError) as error:
         raise ConfigurationError(f"{path} cannot be read as Parquet: {str(error).splitlines()[0]}.") from None

@@ -79,6 +79,9 @@ def test_what_sumo_recorded_of_a_vehicle(tmp_path: Path) -> None:
         (FCD.replace(' speed="3"', ""), "lead", "cannot be read as SUMO's fcd-output: 'speed'"),
         (FCD.replace("10.50", "fast"), "lead", "could not convert"),
         ('<!DOCTYPE a [<!ENTITY b "c">]>' + FCD, "lead", "declares a document type"),
+        ("<!--" + " " * 5000 + '--><!DOCTYPE a [<!ENTITY b "c">]>' + FCD, "lead", "declares a document type"),
+        ("<a>" * 9 + "</a>" * 9, "lead", "nested too deeply"),
+        ('<?xml version="1.0" encoding="foo"?>' + FCD, "lead", "cannot be read as SUMO's fcd-output"),
     ],
 )
 def test_other_files_are_no_recordings(tmp_path: Path, text: str, vehicle: str, said: str) -> None:
@@ -97,3 +100,14 @@ def test_shipped_cycles_are_those_of_the_epa(name: str, seconds: int, miles: flo
     assert cycle.values.sum() / 1609.344 == pytest.approx(miles, abs=0.005)
     assert cycle.values.max() / 0.44704 == pytest.approx(fastest_mph)
     assert "public domain" in (SHIPPED / f"{name}.csv").read_text()
+
+
+def test_a_recording_of_too_many_tags_or_in_another_alphabet_is_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "fcd.xml"
+    for data, said in (
+        (b"<a/>" * 4_000_001, "has 4000001 tags"),
+        (('<!DOCTYPE a [<!ENTITY b "c">]>' + FCD).encode("utf-16"), "cannot be read as SUMO's fcd-output"),
+    ):
+        path.write_bytes(data)
+        with pytest.raises(ConfigurationError, match=said):
+            cps_envs.read_fcd(path)

@@ -8,7 +8,7 @@ import pytest
 
 from cps_envs.core.declare.config import configure
 from cps_envs.core.declare.series import Series
-from cps_envs.core.declare.traces import read_traces
+from cps_envs.core.declare.traces import read_table, read_traces
 from cps_envs.core.errors import ConfigurationError
 from tests.core.declare.test_series import Shed
 
@@ -112,3 +112,22 @@ def test_parquet_is_read_where_pyarrow_is(tmp_path: Path) -> None:
     table = pyarrow.table({"time_s": np.arange(3.0), "outdoor_c": [1, 2, 3]})
     parquet.write_table(table, tmp_path / "a.parquet")
     assert read_traces(tmp_path / "a.parquet", UNITS) == {"outdoor_c": Series([1, 2, 3], 1)}
+
+
+def test_tables_of_too_many_cells_or_columns_are_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "house.csv"
+    path.write_text("time_s" + "," * 4_000_001)
+    with pytest.raises(ConfigurationError, match="has 4000001 cells, more than 4000000"):
+        read_table(path)
+    path.write_text(",".join(f"c{column}" for column in range(1001)))
+    with pytest.raises(ConfigurationError, match="has 1001 columns, more than 1000"):
+        read_table(path)
+
+
+def test_a_small_parquet_file_that_unfolds_is_refused_unread(tmp_path: Path) -> None:
+    pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "house.parquet"
+    parquet.write_table(pyarrow.table({"time_s": np.zeros(4_000_001)}), path)
+    assert path.stat().st_size < 100_000
+    with pytest.raises(ConfigurationError, match="has 4000001 cells"):
+        read_table(path)
