@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import codecs
 import io
+import os
 import sys
 from io import TextIOWrapper
 from typing import Any
+
+from cps_agents.surroundings import short_of_memory, wrong_variables
 
 NEEDED = ("typer", "rich", "click")
 
@@ -16,9 +19,13 @@ DRAWN = "cps-envs.drawn"  # error handler: characters that an encoding does not 
 
 
 def main() -> None:
-    """Run the command line; exit code 2 where its packages are missing."""
+    """Run the command line; exit code 2 where its packages are missing, or where the shell lets it do nothing."""
     _print_everywhere()
     _outlive_readers()
+    for wrong in (short_of_memory(), *wrong_variables(os.environ)):
+        if wrong:
+            print(f"Error: {wrong}", file=sys.stderr)
+            sys.exit(2)
     try:
         from cps_agents.cli import main as run
     except ModuleNotFoundError as error:

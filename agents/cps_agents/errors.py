@@ -19,6 +19,8 @@ def explain(error: Exception) -> str | None:
         return "there is not enough memory: play fewer episodes or processes (--jobs), or raise the limit (ulimit -v)"
     if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
         return f"{error}: raise the limit of open files, for example by `ulimit -n 1024`, or use fewer --jobs"
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return f"{error}: make room there, or name another folder; what was finished before is kept"
     if isinstance(error, (CommandError, ValueError, UnknownNameError, MissingExtraError, OSError)):
         where = " (--debug shows where)" if isinstance(error, PolicyError) else ""
         return (str(error) or repr(error)) + where
