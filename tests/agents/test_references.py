@@ -240,7 +240,7 @@ def test_an_evaluation_says_what_it_reuses_and_plays_again_what_has_changed(
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.chdir(tmp_path)
     write_mine(tmp_path)
-    short = ["--set", "duration_s=4", "--episodes", "2", "--jobs", "1", "--json"]
+    short = ["--preset", "paper", "--set", "duration_s=4", "--episodes", "2", "--jobs", "1", "--json"]
     names = ["--attacker", "code_of_two:Mine?weights=own_weights.npy", "--defender", "pd"]
     command = ["--trust", "evaluate", "rogue", "attacker", *names, *short]
     first, again = invoke(*command), invoke(*command)
