@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial, reduce
 from typing import Any, TypeAlias
 
@@ -16,7 +16,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import takes_masks
 from cps_envs.core.types import Array, BoolArray, Observation, State
 
-LayerMaker: TypeAlias = Callable[[Any], "Layer"]  # from what sees its outputs
+LayerMaker: TypeAlias = partial[Any]  # makes a `Layer` from what sees its outputs
 
 
 def outputs_of_model(model: Any) -> Outputs:

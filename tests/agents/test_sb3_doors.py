@@ -15,8 +15,10 @@ import pytest
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.panel import mixture, written
 from cps_envs.core.declare.seeds import VALIDATION, training_seed
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import resolve_policy
+from cps_envs.core.policies.seen import Seen
 from cps_envs.core.policies.trust import vouched
 from tests.core.toy import TOY
 
@@ -27,7 +29,9 @@ import torch
 from sb3_contrib import MaskablePPO, RecurrentPPO
 from sb3_contrib.common.maskable.evaluation import evaluate_policy as evaluate_masked
 from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import EvalCallback
 from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecFrameStack, VecNormalize
 
 from cps_agents.sb3 import as_sb3, make
@@ -190,3 +194,136 @@ def test_a_model_plays_in_every_door_as_in_a_loop_by_hand(
     if kind == "sampled" and door in (through_mixture, through_evaluate_policy):
         pytest.skip("a mixture hands on generators of its own, and stable-baselines3 draws by itself: see below")
     np.testing.assert_allclose(sorted(door(form, kind)), sorted(by_hand(form, kind)), atol=1e-5)
+
+
+def test_stable_baselines3_draws_alike_from_one_seed() -> None:
+    model, _, _ = trained("learning", "sampled")
+    judged = make(ATTACK, EPISODES, evaluation=True, opponent="none")
+    found = []
+    for seed in (0, 0, 1):
+        torch.manual_seed(seed)
+        found.append(evaluate_policy(model, judged, EPISODES, deterministic=False)[0])
+    assert found[0] == found[1] != found[2]
+    assert found[0] != np.mean(through_evaluate_policy("learning", "most likely"))
+
+
+@pytest.mark.parametrize("form", ["learning", "native"])
+def test_draws_come_from_each_episode_s_own_generator_and_have_the_model_s_chances(form: str) -> None:
+    model, _, reference = trained(form, "sampled")
+    players = {"attacker": mixture([reference, reference]), "defender": "none"}
+    with vouched():
+        torch.manual_seed(0)
+        one = play_episodes(TOY, CONFIG, players, range(12))["return"]
+        torch.manual_seed(1)
+        again = play_episodes(TOY, CONFIG, players, range(12))["return"]
+        alone = [play_episodes(TOY, CONFIG, players, [seed])["return"][0] for seed in range(12)]
+    np.testing.assert_array_equal(one, again)
+    np.testing.assert_allclose(one, alone)
+    policy: Any = resolve_policy(model, spec(), sampled=True)
+    count = 2000 if form == "learning" else 300  # one call of the network each
+    shown = np.repeat(TOY.game(CONFIG, 1).observe("attacker"), count, axis=0)
+    state = policy.begin(seeded(range(count)), [{}] * count)
+    masks = np.ones((count, 5), np.bool_)
+    actions, _ = policy.predict(shown, state, np.ones(count, np.bool_), False, action_masks=masks)
+    rows = policy.wired.inputs(*seen_of(policy, shown[:1]))[:, 0]
+    with torch.no_grad():
+        chances = model.policy.get_distribution(torch.as_tensor(rows)).distribution.probs.numpy()[0]
+    np.testing.assert_allclose(np.bincount(actions, minlength=5) / count, chances, atol=2.5 / np.sqrt(count))
+
+
+def test_each_evaluation_plays_the_same_episodes_to_their_ends() -> None:
+    model, _, _ = trained("learning", "most likely")
+    whole = []
+    for rows in (2, 3, EPISODES):
+        judged = make(ATTACK, rows, evaluation=True, opponent="none")
+        assert judged.env_is_wrapped(Monitor) == [True] * rows
+        before = judged.ret_rms.mean.copy()
+        found, lengths = evaluate_policy(model, judged, EPISODES, return_episode_rewards=True)
+        assert set(lengths) <= set(range(1, 5))
+        assert judged.ret_rms.mean == before
+        assert found == evaluate_policy(model, judged, EPISODES, return_episode_rewards=True)[0]
+        whole.append(sorted(found))
+    np.testing.assert_allclose(whole[0], whole[2], atol=1e-5)
+    np.testing.assert_allclose(whole[1], whole[2], atol=1e-5)
+
+
+def test_an_evaluation_has_the_inputs_of_training() -> None:
+    for role in ("HvacAttack", "HvacDefense"):
+        assert make(role, 2).observation_space == make(role, 2, evaluation=True).observation_space
+    other = make("HvacAttack", 2, evaluation=True, outdoor_c=0.0)
+    assert other.observation_space != make("HvacAttack", 2).observation_space
+    alike = make("HvacAttack", 2, evaluation=True, outdoor_c=0.0, scaling=make("HvacAttack", 2).observation_space)
+    assert alike.observation_space == make("HvacAttack", 2).observation_space
+    with pytest.raises(ConfigurationError, match="a model's observation_space of the interface for learners"):
+        make(ATTACK, 2, scaling=trained("learning", "most likely")[0])
+    with pytest.raises(ConfigurationError, match="numbers a block of validation episodes: choose one from 0 to 99"):
+        make(ATTACK, 2, evaluation=True).env_method("reset", seed=100)
+
+
+def test_the_first_episodes_of_training_count_only_if_they_are_whole() -> None:
+    envs = make(ATTACK, 32, opponent="none", duration_s=60.0)
+    envs.reset()
+    lengths = []
+    for _ in range(2 * 20):
+        _, _, done, infos = envs.step(np.zeros(32, np.int64))
+        lengths += [info["episode"]["l"] for info, over in zip(infos, done, strict=True) if over and "episode" in info]
+    assert set(lengths) == {20}
+
+
+def test_a_callback_keeps_the_best_model_by_its_true_return(tmp_path: Path) -> None:
+    judged = make(ATTACK, EPISODES, evaluation=True, opponent="none")
+    callback = EvalCallback(
+        judged, n_eval_episodes=EPISODES, eval_freq=4, best_model_save_path=str(tmp_path), verbose=0
+    )
+    PPO("MlpPolicy", make(ATTACK, 4, opponent="none"), **SMALL).learn(64, callback=callback)
+    found = played(f"sb3:{tmp_path / 'best_model.zip'}", "learning")
+    assert callback.best_mean_reward == pytest.approx(np.mean(found))
+
+
+@pytest.mark.parametrize(
+    ("form", "kind", "query", "reason"),
+    [
+        ("native", "normalised", {}, "beside .*model.zip lies statistics, of VecNormalize: say vecnormalize="),
+        ("learning", "normalised", {}, "beside .*model.zip lies statistics, of VecNormalize: say vecnormalize="),
+        ("native", "normalised", {"vecnormalize": "nothing.pkl"}, "there is no file 'nothing.pkl'"),
+        ("native", "most likely", {"vecnormalize": "model.zip"}, "is no file of VecNormalize, or damaged"),
+        ("native", "stacked", {}, "sees 15 inputs, 3 times those of the role: say frame_stack=3"),
+        ("native", "stacked", {"frame_stack": 2}, "sees 15 inputs, 3 times those of the role: say frame_stack=3"),
+        ("native", "most likely", {"frame_stack": 2}, "has the observation_space Box"),
+        ("native", "most likely", {"frame_stack": 0}, "frame_stack = 0 must be"),
+        ("learning", "most likely", {"frame_stack": 2}, "inputs of the interface for learners, one frame each"),
+        ("native", "most likely", {"sampled": "yes"}, "sampled = 'yes' must be true or false"),
+        ("native", "most likely", {"stacked": 2}, "has no option 'stacked'"),
+    ],
+)
+def test_what_does_not_fit_a_model_is_refused(
+    form: str, kind: str, query: dict[str, Any], reason: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, path, _ = trained(form, kind)
+    monkeypatch.chdir(path.parent)
+    with vouched(), pytest.raises((ConfigurationError, UnknownNameError), match=reason):
+        resolve_policy(written(f"sb3:{path}", **query), spec())
+
+
+def test_false_is_obeyed_and_statistics_can_be_left_out() -> None:
+    for form in ("learning", "native"):
+        _, path, _ = trained(form, "most likely")
+        assert played(f"sb3:{path}?sampled=false", form) == played(f"sb3:{path}", form)
+        model, path, _ = trained(form, "normalised")
+        bare = type(model).load(path, device="cpu")
+        assert played(f"sb3:{path}?vecnormalize=", form) == played(bare, form) != through_file(form, "normalised")
+
+
+def test_what_has_nothing_to_draw_from_says_so() -> None:
+    sde = PPO("MlpPolicy", make(f"tests.core.toy:{DEFENSE}", 2, adapter="axis"), use_sde=True, **SMALL)
+    guard = TOY.game(CONFIG, 1).spec("defender")
+    with pytest.raises(ConfigurationError, match="PPO has no distribution of actions to draw from"):
+        resolve_policy(sde, guard, sampled=True)
+    with pytest.raises(ConfigurationError, match="algorithm = 'A2C' is not that of this PPO"):
+        resolve_policy(sde, guard, algorithm="A2C")
+
+
+def seen_of(policy: Any, shown: Any) -> Any:
+    """What a policy's wiring has seen at an episode's first decision, and its state then."""
+    seen = Seen(policy.spec.fields, shown, np.ones(1, np.bool_), False, np.ones((1, 5), np.bool_), None)
+    return seen, policy.wired.see(seen, policy.wired.begin(1))

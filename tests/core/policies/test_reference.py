@@ -105,6 +105,12 @@ def test_what_is_written_is_read_back(options: dict[str, Any]) -> None:
     assert (found.name, found.options) == ("name", options)
 
 
+def test_a_file_s_options_may_name_other_files() -> None:
+    found = parse("sb3:a?b=1/m.zip?vecnormalize=a?b=1/s.pkl&frame_stack=4")
+    assert (found.name, found.options) == ("a?b=1/m.zip", {"vecnormalize": "a?b=1/s.pkl", "frame_stack": 4})
+    assert parse("zoo:m.zip?/a?b=1").options == {"b": 1}
+
+
 def test_one_more_option() -> None:
     assert parse("zoo:/a?b").with_option("seed", 1) == "zoo:/a?b?seed=1"
     assert parse("zoo:/a?b?x=2").with_option("seed", 1) == "zoo:/a?b?x=2&seed=1"
