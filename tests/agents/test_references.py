@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -252,3 +253,20 @@ def test_an_evaluation_says_what_it_reuses_and_plays_again_what_has_changed(
     means = [json.loads(each.stdout)["standings"][0]["mean"] for each in (first, again, changed)]
     assert means[0] == means[1] != means[2]
     assert json.loads(invoke(*command, "--fresh").stdout)["standings"][0]["mean"] == means[2]
+
+
+def test_a_model_is_known_by_the_code_of_its_classes_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "features_of_one.py").write_text("one = 1\n")
+    model = tmp_path / "model.zip"
+    with zipfile.ZipFile(model, "w") as archive:
+        archive.writestr("data", json.dumps({"policy_kwargs": {"extractor": "<class 'features_of_one.Own'>"}}))
+    statistics = tmp_path / "statistics.pkl"
+    statistics.write_bytes(b"1")
+    reference = f"sb3:{model}?vecnormalize={statistics}"
+    before = dict(origin_of("fdi", reference).sources)
+    assert set(before) == {f"sb3:{model}", f"file:{statistics}", "module:features_of_one"}
+    (tmp_path / "features_of_one.py").write_text("one = 2\n")
+    statistics.write_bytes(b"2")
+    after = origin_of("fdi", reference).sources
+    assert {name for name in before if before[name] != after[name]} == set(before) - {f"sb3:{model}"}

@@ -13,7 +13,8 @@ OWN = re.compile(r"files\(|to_json\(|json\.dumps\(|rows\.append")  # data of the
 SHIPPED = ("cps_envs", "baselines/cps_baselines", "agents/cps_agents", "paper/cps_paper")
 ELSEWHERE = {
     "agents/cps_agents/arena/store.py": "hashes of the package's own sources",
-    "agents/cps_agents/zoo/references.py": "hashes of code of one's own",
+    "agents/cps_agents/zoo/code.py": "hashes of code of one's own, which is not run",
+    "agents/cps_agents/zoo/lookup.py": "statistics of VecNormalize, with the user's consent",
     "agents/cps_agents/machine.py": "/proc/cpuinfo",
     "agents/cps_agents/commands/certify.py": "text that the program made",
     "agents/cps_agents/report/sources.py": "lines of text that documents.py has read",

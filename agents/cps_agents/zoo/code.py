@@ -13,6 +13,7 @@ from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from typing import Any
 
+from cps_envs.core.documents import MOST_BYTES
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.policies.reference import texts_in
 
@@ -70,8 +71,8 @@ def hashes_of_files(options: Mapping[str, Any]) -> dict[str, str]:
 def modules_of_model(path: Path) -> list[str]:
     """The modules of one's own that a model of stable-baselines3 has classes of, such as its extractor of features."""
     try:
-        with zipfile.ZipFile(path) as archive:
-            text = archive.read("data").decode("utf-8", "replace")
+        with zipfile.ZipFile(path) as archive, archive.open("data") as data:
+            text = data.read(MOST_BYTES).decode("utf-8", "replace")
     except (OSError, KeyError, zipfile.BadZipFile):  # what loads it says so
         return []
     names = (each for pair in CLASSES.findall(text) for each in pair if each)
