@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from gymnasium.utils.env_checker import check_env
-from pettingzoo.utils.conversions import parallel_to_aec
 
 from cps_envs.core.conformance.recording import episode_steps
 from cps_envs.core.conformance.subject import NotApplicableError, Subject
+from cps_envs.core.interfaces.aec_env import RolesAECEnv
 
 HARMLESS = (  # attacker and defender differ by nature
     "Agents have different (observation|action) space sizes",
@@ -41,7 +41,7 @@ def check_pettingzoo(subject: Subject) -> None:
                 tests.parallel_api_test(interfaces[name](), num_cycles=cycles)
                 tests.parallel_seed_test(interfaces[name], num_cycles=cycles)
     with _strict("PettingZoo's test of the turn-based form"):
-        tests.api_test(parallel_to_aec(subject.parallel()), num_cycles=min(2 * episode_steps(subject.parallel()), 100))
+        tests.api_test(RolesAECEnv(subject.parallel()), num_cycles=min(2 * episode_steps(subject.parallel()), 100))
 
 
 def check_stable_baselines3(subject: Subject) -> None:

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
 import gzip
+import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -131,3 +134,85 @@ def test_a_small_parquet_file_that_unfolds_is_refused_unread(tmp_path: Path) -> 
     assert path.stat().st_size < 100_000
     with pytest.raises(ConfigurationError, match="has 4000001 cells"):
         read_table(path)
+
+
+def times(*given: float) -> str:
+    return HEAD + "".join(f"{time},{place}\n" for place, time in enumerate(given))
+
+
+def test_times_may_be_rounded_to_a_thousandth_of_a_step(tmp_path: Path) -> None:
+    found = read_traces(written(tmp_path, times(30, 90.05, 150, 210)), UNITS)["outdoor_c"]
+    assert (found.step_s, found.begin_s) == (60, 30)
+    with pytest.raises(ConfigurationError, match=r"line 3, column 'time_s': 90\.07 s follows 30 s, and the usual step"):
+        read_traces(written(tmp_path, times(30, 90.07, 150.07, 210.07)), UNITS)
+    with pytest.raises(ConfigurationError, match=r"line 3, column 'time_s': 0\.902 s follows 0 s"):
+        read_traces(written(tmp_path, times(0, 0.902, 1.804, 2.705, 3.605, 4.505, 5.405, 6.305)), UNITS)
+    with pytest.raises(ConfigurationError, match=r"line 5, column 'time_s': 120 s comes after 180 s; sort the lines"):
+        read_traces(written(tmp_path, times(0, 100, 180, 120)), UNITS)
+
+
+def test_bodies_are_ordered_by_number_and_named_from_1_on(tmp_path: Path) -> None:
+    names = [*range(11, 0, -1)]
+    text = ",".join(["time_s", *(f"heat_w_{name}" for name in names)]) + "\n"
+    text += "".join(",".join(map(str, [step, *names])) + "\n" for step in (0, 5))
+    assert read_traces(written(tmp_path, text), UNITS)["heat_w"] == Series([list(range(1, 12))] * 2, 5)
+    for text, said in (
+        ("time_s,heat_w_2\n0,1\n1,1\n", "heat_w 2: give one without"),
+        ("time_s,heat_w_0,heat_w_1\n0,1,1\n1,1,1\n", "heat_w 0, 1: give one"),
+    ):
+        with pytest.raises(ConfigurationError, match=said):
+            read_traces(written(tmp_path, text), UNITS)
+    with pytest.raises(ConfigurationError, match="'heat_1', but heat is in W here: convert it and name it 'heat_w'"):
+        read_traces(written(tmp_path, "time_s,heat_1\n0,1\n1,1\n"), UNITS)
+
+
+def test_what_unpacks_to_too_much_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = times(0, 1, 2)
+    monkeypatch.setattr("cps_envs.core.declare.traces.MOST_BYTES", 200)
+    path = written(tmp_path, text + "#" * (200 - len(text)), "a.csv.gz")
+    assert read_traces(path, UNITS)["outdoor_c"].values[:, 0].tolist() == [0, 1, 2]
+    with pytest.raises(ConfigurationError, match=r"cannot be read: it unpacks to more than 200 bytes\."):
+        read_traces(written(tmp_path, text + "#" * (201 - len(text)), "a.csv.gz"), UNITS)
+
+
+class Column:
+    def __init__(self, values: list[Any]) -> None:
+        self.to_numpy = lambda: values
+
+
+class Read(dict[str, Any]):
+    column_names = ("time_s", "outdoor_c", "heat_w")
+    num_rows = 2
+
+
+@pytest.mark.parametrize(
+    ("read", "said"),
+    [
+        (Read(time_s=Column([10, 20]), outdoor_c=Column([1, 2]), heat_w=Column([3, 4])), ""),
+        (
+            Read(time_s=Column([10, 20]), outdoor_c=Column([1, None]), heat_w=Column([3, 4])),
+            "row 2, column 'outdoor_c'",
+        ),
+        (Read(time_s=Column([20, 10]), outdoor_c=Column([1, 2]), heat_w=Column([3, 4])), "row 2, column 'time_s'"),
+        (Read(time_s=Column([1, 2]), outdoor_c=Column(["a", "b"]), heat_w=Column([3, 4])), "'outdoor_c': it does not"),
+        (OSError("no magic\nmore"), "cannot be read as Parquet: no magic."),
+    ],
+)
+def test_parquet_is_rows_and_columns(read: Any, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pyarrow, of which only what it returns counts."""
+
+    def read_table(reader: bytes) -> Any:
+        if isinstance(read, Exception):
+            raise read
+        return read
+
+    lib = SimpleNamespace(ArrowException=RuntimeError)
+    parquet = SimpleNamespace(read_table=read_table)
+    monkeypatch.setitem(sys.modules, "pyarrow", SimpleNamespace(BufferReader=bytes, lib=lib, parquet=parquet))
+    path = written(tmp_path, "PAR1", "a.parquet")
+    if not said:
+        assert read_traces(path, UNITS) == {"outdoor_c": Series([1, 2], 10, 10), "heat_w": Series([3, 4], 10, 10)}
+        assert read_traces(path, UNITS)["heat_w"].place(1) == "line 2 of a.parquet"
+        return
+    with pytest.raises(ConfigurationError, match=said):
+        read_traces(path, UNITS)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
 from typing import Any
 
 import gymnasium
@@ -83,29 +85,26 @@ FIELDS: dict[str, tuple[tuple[Mapping[str, Any], ...], Mapping[str, Any]]] = {
 def _problem(name: str) -> dict[str, Form]:
     """The forms of one of the four problems."""
     good, drawn = FIELDS[name]
-    side = name.capitalize()
-    pack = getattr(__import__(f"cps_envs.{name}_v0"), f"{name}_v0")
-    makes: dict[str, Callable[[], Any]] = {
-        f"training, {role}": lambda role=role: cps_envs.learning_env(f"{side}{role}", 2)  # type: ignore[misc]
-        for role in ("Attack", "Defense")
-    }
+    side, pack = name.capitalize(), f"cps_envs.{name}_v0"
+    makes: dict[str, Callable[[], Any]] = {}
     for role in ("Attack", "Defense"):
-        env_id = f"cps_envs/{side}{role}-v0"
+        makes[f"training, {role}"] = partial(cps_envs.learning_env, f"{side}{role}", 2)
         for interface in ("native", "learning"):
-            given = {"interface": interface, **DRAWN}
-            makes[f"{role}, {interface}"] = lambda env_id=env_id, given=given: gymnasium.make(  # type: ignore[misc]
-                env_id, disable_env_checker=True, **given
-            )
-            makes[f"{role}, {interface}, vector"] = lambda env_id=env_id, given=given: gymnasium.make_vec(  # type: ignore[misc]
-                env_id, 2, "vector_entry_point", **given
-            )
+            given: dict[str, Any] = {"id": f"cps_envs/{side}{role}-v0", "interface": interface, **DRAWN}
+            makes[f"{role}, {interface}"] = partial(gymnasium.make, **given, disable_env_checker=True)
+            whole = {"num_envs": 2, "vectorization_mode": "vector_entry_point"}
+            makes[f"{role}, {interface}, vector"] = partial(gymnasium.make_vec, **given, **whole)
     for interface in ("native", "learning"):
-        makes[f"parallel, {interface}"] = lambda interface=interface: pack.parallel_env(interface=interface)  # type: ignore[misc]
-        makes[f"turns, {interface}"] = lambda interface=interface: pack.env(interface=interface)  # type: ignore[misc]
-    makes["parallel vector"] = lambda: pack.parallel_env(num_envs=2)
-    makes["swarm"] = lambda: pack.swarm_env()
-    makes["swarm vector"] = lambda: pack.swarm_env(num_envs=2)
+        makes[f"parallel, {interface}"] = partial(_called, pack, "parallel_env", interface=interface)
+        makes[f"turns, {interface}"] = partial(_called, pack, "env", interface=interface)
+    makes["parallel vector"] = partial(_called, pack, "parallel_env", num_envs=2)
+    makes["swarm"] = partial(_called, pack, "swarm_env")
+    makes["swarm vector"] = partial(_called, pack, "swarm_env", num_envs=2)
     return {f"{name}: {form}": Form(make, good, drawn) for form, make in makes.items()}
+
+
+def _called(module: str, name: str, **given: Any) -> Any:
+    return getattr(import_module(module), name)(**given)
 
 
 def problems() -> dict[str, Form]:

@@ -1,6 +1,6 @@
 """Calls of every kind in any order: each is obeyed or refused in a sentence, and what was refused has changed nothing.
 
-`pytest -m slow tests/core/interfaces/test_calls.py -s` makes 20,000 of them, over the four problems as well.
+`pytest -m slow -s tests/core/interfaces/test_calls.py` makes 20,000 of them, of the four problems as well.
 """
 
 from __future__ import annotations
@@ -9,9 +9,8 @@ import copy
 import multiprocessing
 import os
 import pickle
-import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
 from typing import Any
@@ -43,6 +42,7 @@ from tests.core.interfaces.callers import (
 
 DRAWS = st.integers(0, 2**32 - 1)
 WAYS: tuple[Callable[[Any], Any], ...] = (copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)))
+EVERYWHERE = TOYS | problems()
 Call = tuple[str, tuple[Any, ...], dict[str, Any]]
 
 
@@ -262,16 +262,23 @@ def test_calls_in_any_order_are_obeyed_or_refused_and_nothing_else(name: str) ->
     assert run(TOYS[name], 4, 25, derandomize=True) > 20
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")
-def test_twenty_thousand_calls_over_all_problems() -> None:
-    here, there = multiprocessing.get_context("spawn").Pipe()
-    process = multiprocessing.get_context("spawn").Process(target=answer, args=(there,), daemon=True)
+@pytest.fixture(scope="module")
+def elsewhere() -> Iterator[Connection]:
+    """A process that was spawned, at the other end."""
+    spawned = multiprocessing.get_context("spawn")
+    here, there = spawned.Pipe()
+    process = spawned.Process(target=answer, args=(there,), daemon=True)
     process.start()
-    forms, calls = TOYS | problems(), 0
-    while calls < 20_000:
-        for name, form in forms.items():
-            calls += run(form, 5, 40, here, derandomize=False)
-            print(name, calls, file=sys.stderr, flush=True)
+    yield here
     here.send(None)
     process.join()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", EVERYWHERE)
+def test_twenty_thousand_calls_of_all_forms(name: str, elsewhere: Connection) -> None:
+    calls = 0
+    while calls < 20_000 / len(EVERYWHERE):
+        calls += run(EVERYWHERE[name], 4, 40, elsewhere, derandomize=False)
+    print(f"{calls} calls", flush=True)
