@@ -260,6 +260,8 @@ def check_count(text: str, marks: str, what: str, most: int = MOST_VALUES) -> No
 def printable(value: Any) -> Any:
     """JSON data whose texts, names of entries too, have lost what would steer a terminal instead of being read."""
     if isinstance(value, str):
+        if value.isprintable():
+            return value
         return "".join(letter for letter in value if unicodedata.category(letter) != "Cc" and letter not in TURNING)
     if isinstance(value, dict):
         return {printable(name): printable(each) for name, each in value.items()}
