@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from threading import Barrier, Event, Thread, main_thread
 from time import sleep
@@ -16,7 +18,7 @@ import pytest
 
 from cps_agents.errors import CommandError
 from cps_envs.core.errors import ConfigurationError
-from tests.agents.command_line import refusal, succeeded
+from tests.agents.command_line import invoke, refusal, succeeded
 from tests.processes import wait_until
 from tests.tools.broken_parts import PART as TOYS
 from tools.command import program
@@ -180,11 +182,11 @@ def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
     part = part_of({"tried": 1234, "bad": 0})
     (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
     (tmp_path / "docs").mkdir()
-    written = document([found])
+    written = document([found], "abc")
     assert written["command"].startswith("python -m tools.reliability")
     assert "1,234" in markdown(written)
+    assert "All of it is of commit `abc`, 20" in markdown(written)
     assert "have to stay zero: bad" in markdown(written)
-    written["parts"] = {"fuzz": written["parts"]["toy"]}
     assert [path.name for path in publish(written, tmp_path)] == ["reliability.json", "reliability.md"]
     with pytest.raises(CommandError, match="folder docs"):
         publish(written, tmp_path / "nowhere")
@@ -204,23 +206,41 @@ def test_parts_take_turns(tmp_path: Path) -> None:
     assert done == ["one", "other"] * 3
 
 
-def test_rows_that_were_not_done_again_keep_their_commit(tmp_path: Path) -> None:
-    part = part_of({"tried": 5, "bad": 0})
-    rows = list(dict.fromkeys(chunk.row for chunk in find_part("fuzz").chunks()))
-    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
+def test_what_another_commit_has_done_is_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    part, done = part_of({"tried": 5, "bad": 0}, {"tried": 6, "bad": 0}), []
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        done.append(chunk.number)
+        return part.run(chunk, Journal())
+
+    for commit in ("abc", "abc", "def"):
+        monkeypatch.setattr("tools.reliability.store.commit", lambda commit=commit: commit)
+        (found,) = run_parts([part], Store(tmp_path), 1.0, work=work)
+        assert {result["commit"] for result in found.results} == {commit}
+    assert done == [0, 1] * 2
+
+
+def test_a_page_is_of_all_pieces_at_one_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tool, idle = program(reliability), ("--minutes", "0", "--publish", "--out", str(tmp_path / "kept"))
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "docs").mkdir()
-    first = document([found])["parts"]["toy"]
-    row = first["rows"]["row"]
-    older = {**row, "tried": 7, "commits": ["abc"]}
-    publish(
-        {"parts": {"fuzz": {**first, "rows": {rows[0]: older, rows[1]: older, "no longer tried": older}}}}, tmp_path
-    )
-    publish({"parts": {"fuzz": {**first, "rows": {rows[0]: row}}}}, tmp_path)
-    kept = json.loads((tmp_path / "docs" / "reliability.json").read_text(encoding="utf-8"))["parts"]["fuzz"]["rows"]
-    assert kept == {rows[0]: row, rows[1]: older}
-    page = (tmp_path / "docs" / "reliability.md").read_text(encoding="utf-8")
-    assert f"| {rows[1]} | 7 | 0 | `abc` |" in page
-    assert "| **in all** | 12 | 0 |  |" in page
+    for chosen in (("fuzz",), ("--row", "league")):
+        assert "leave out the parts and --row" in refusal(*chosen, *idle, program=tool)
+    for commit in ("abc+", "unknown"):
+        monkeypatch.setattr("tools.reliability.store.commit", lambda commit=commit: commit)
+        assert "commit all changes first" in refusal(*idle, program=tool)
+    monkeypatch.setattr("tools.reliability.store.commit", lambda: "abc")
+    waits = invoke(*idle, program=tool)
+    assert waits.exit_code == 1
+    assert "pieces are left at commit abc. The same command goes on." in " ".join(waits.stderr.split())
+    assert not list((tmp_path / "docs").iterdir())
+    whole = part_of({"tried": 1234, "bad": 0})
+    monkeypatch.setattr("tools.reliability.__main__.find_part", lambda name: replace(whole, name=name))
+    work = partial(run_parts, work=lambda chunk, stop: whole.run(chunk, Journal()))
+    monkeypatch.setattr("tools.reliability.__main__.run_parts", work)
+    done = invoke("--minutes", "1", *idle[2:], program=tool)
+    assert (done.exit_code, "Written" in done.stderr) == (0, True)
+    assert "of commit `abc`" in (tmp_path / "docs" / "reliability.md").read_text(encoding="utf-8")
 
 
 def test_the_page_names_commits_that_exist() -> None:
@@ -229,8 +249,7 @@ def test_the_page_names_commits_that_exist() -> None:
 
     if git("rev-parse", "--is-shallow-repository").stdout.strip() != "false":
         pytest.skip("needs the history of git")
-    parts = json.loads((ROOT / "docs" / "reliability.json").read_text(encoding="utf-8"))["parts"].values()
-    named = {commit.rstrip("+") for part in parts for row in part["rows"].values() for commit in row["commits"]}
+    named = set(re.findall(r"`([0-9a-f]{10})\+?`", (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")))
     assert named
     assert not [commit for commit in sorted(named) if git("cat-file", "-e", commit).returncode]
 

@@ -20,7 +20,7 @@ from tools.command import run
 from tools.reliability.chunk import PARTS, ROOT, Part, find_part
 from tools.reliability.document import PROGRAM, document
 from tools.reliability.document import publish as put
-from tools.reliability.store import Store
+from tools.reliability.store import CHANGED, UNKNOWN, Store
 from tools.reliability.suite import Findings, run_parts
 
 BROKEN = 1
@@ -34,15 +34,18 @@ def reliability(
     folder: Annotated[Path, typer.Option("--out", help="Where finished work is kept.")] = Path("results/reliability"),
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
-    publish: Annotated[bool, typer.Option("--publish", help="Renew docs/reliability.md and .json here.")] = False,
+    publish: Annotated[bool, typer.Option("--publish", help="Write docs/reliability.* when all is done.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
     """Try to break the package: hostile inputs, killed commands, long runs.
 
-    Each finished piece is kept at once; the same command goes on from there. What a
-    change of the code makes outdated is done again. The exit code is 1 if anything
-    happened that must not happen, or if a piece could not be done. It needs the repository, not only the package.
+    Each finished piece is kept at once; the same command goes on from there. At
+    another commit all of them are done again: a page is of one. The exit code is 1
+    if anything happened that must not happen, if a piece could not be done, or if the
+    page has to wait for more of them. It needs the repository, not only the package.
     """
+    if publish and (parts or rows):
+        raise CommandError("--publish writes the whole page: leave out the parts and --row")
     chosen = _only(rows or [], [find_part(name) for name in _names(parts or [])])
     total = sum(len(part.chunks()) for part in chosen)
     with alone_in(folder), Progress("reliability", total) as progress:
@@ -51,8 +54,11 @@ def reliability(
             progress.total = total
             progress.update(done, note)
 
-        found = run_parts(chosen, Store(folder, fresh=fresh), minutes, report, jobs=jobs)
-    written = document(found)
+        store = Store(folder, fresh=fresh)
+        if publish and (store.commit == UNKNOWN or store.commit.endswith(CHANGED)):
+            raise CommandError("--publish names the commit that everything ran with: commit all changes first")
+        found = run_parts(chosen, store, minutes, report, jobs=jobs)
+    written = document(found, store.commit)
     if as_json:
         print_json(written)
     else:
@@ -61,16 +67,18 @@ def reliability(
             console.print(_table(each))
             for line in each.examples:
                 console.print(line, soft_wrap=True, markup=False)
-    if publish:
-        files = put(written, Path())
-        note(f"Written: {', '.join(map(str, files))}")
+    left = total - sum(len(each.results) for each in found)
+    if publish and not left:
+        note(f"Written: {', '.join(map(str, put(written, Path())))}")
+    elif publish:
+        note(f"No page yet: {left} of {total} pieces are left at commit {store.commit}. The same command goes on.")
     failed = [why for each in found for why in each.failed]
     for why in failed:
         note(why)
     violations = [f"{each.part.name}: {each.violations}" for each in found if each.violations]
     if violations:
         note(f"These have to be zero: {'; '.join(violations)}")
-    if violations or failed:
+    if violations or failed or (publish and left):
         raise typer.Exit(BROKEN)
 
 
