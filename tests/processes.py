@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 
 def wait_until(there: Callable[[], object], seconds: float = 60.0) -> bool:
@@ -22,3 +23,9 @@ def is_gone(group: int) -> bool:
     except ProcessLookupError:
         return True
     return False
+
+
+def waited(item: tuple[bool, Path]) -> bool:
+    """Work for another process: wait for a file, or for nothing; whether it is there in the end."""
+    waits, path = item
+    return not waits or wait_until(path.exists)

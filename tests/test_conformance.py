@@ -21,20 +21,25 @@ from tests.settings import tests_of as settings_of
 
 ELSEWHERE = ("check_configurations", "check_copies")  # tests/test_configurations.py, tests/test_copies.py
 ONCE = ("check_live_observations", "check_live_swarm", "check_subprocess")  # do not depend on the preset
-QUICK = ("paper", "learning")  # presets whose checks are not slow; each preset has its golden trajectories beside them
+QUICK = ("paper", "learning")  # presets of checks that are not slow; each preset has its golden trajectories, too
 CHEAP = ("fdi", "rogue")  # problems whose learners' interfaces are stepped in no time
 TELLING = ("check_batch", "check_rows", "check_bad_actions", "check_pickling")
 ALL = np.ones(2, bool)
 PRESETS = [(name, preset) for name, problem in PROBLEMS.items() for preset in problem.presets]
 
 
+def is_quick(preset: str, turn: int) -> bool:
+    """Whether a check is made in a preset where it is not slow: each check of each role in one of two, by turns."""
+    return preset == QUICK[turn % len(QUICK)]
+
+
 def cases() -> Iterator[object]:
     for name, problem in PROBLEMS.items():
         for preset in problem.presets:
-            for role in ROLES:
-                for check in CHECKS:
+            for turn, role in enumerate(ROLES):
+                for place, check in enumerate(CHECKS):
                     if check.__name__ not in ELSEWHERE and (check.__name__ not in ONCE or preset == "paper"):
-                        marks = () if preset in QUICK else (pytest.mark.slow,)
+                        marks = () if check.__name__ in ONCE or is_quick(preset, turn + place) else (pytest.mark.slow,)
                         case = f"{name}-{preset}-{role}-{check.__name__}"
                         yield pytest.param(name, preset, role, check, id=case, marks=marks)
 

@@ -43,6 +43,7 @@ LESS = {  # the same with less work, for the tests that are not slow
     r"range\(((?:\d+_)+000), [\d_]+\)": r"range(\1, \1 + 4)",  # seeds of episodes
     r"range\(100\)": "range(4)",
     r"--episodes \d+": "--episodes 2",
+    r"(play (?!.*duration_s).*--render .*)": r"\1 --set duration_s=10",
     r"(report .*)": r"\1 --set duration_s=2 --jobs 1",
     r"(league .*)": r"\1 --attacker random --attacker square --defender none --defender pd --jobs 1",
     r"(evaluate .*)": r"\1 --jobs 1",

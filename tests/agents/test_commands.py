@@ -15,6 +15,7 @@ from cps_agents.cli import whole
 from tests.agents.command_line import invoke, refusal, succeeded
 
 SHORT = ("--set", "duration_s=2")
+ALONE = ("--jobs", "1")  # what is refused at the first meeting need not start processes
 NARROWEST = 80
 
 
@@ -97,7 +98,7 @@ REFUSED = [
         )
     ),
     *(
-        (("evaluate", "rogue", "attacker", "--defender", "pd", "--attacker", *wrong), remedy)
+        (("evaluate", "rogue", "attacker", "--defender", "pd", *ALONE, "--attacker", *wrong), remedy)
         for *wrong, remedy in (
             ("sqare", "Did you mean"),
             ("zoo:nobody", "no trained policy 'nobody'"),
@@ -108,8 +109,8 @@ REFUSED = [
     ),
     (("evaluate", "rogue", "attackers", "--attacker", "square"), "write attacker or defender"),
     (("evaluate", "rouge", "attacker", "--attacker", "square"), "Did you mean 'rogue'"),
-    (("league", "rogue", "--defender", "slidin"), "Did you mean 'sliding'"),
-    (("self-play", "rogue", "--defender", "pdd"), "Did you mean 'pd'"),
+    (("league", "rogue", *ALONE, "--defender", "slidin"), "Did you mean 'sliding'"),
+    (("self-play", "rogue", *ALONE, "--defender", "pdd"), "Did you mean 'pd'"),
     *(
         (("best-response", "rogue", "attacker", "--defender", "pd", *wrong), remedy)
         for *wrong, remedy in (

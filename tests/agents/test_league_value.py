@@ -37,7 +37,7 @@ def normal(rows: int, columns: int) -> Games:
     ],
 )
 def test_the_interval_holds_the_true_value_and_the_mean_is_unbiased(games: Games, episodes: int) -> None:
-    generator, hits, errors, trials = np.random.default_rng(1), 0, [], 120
+    generator, hits, errors, trials = np.random.default_rng(1), 0, [], 60
     for _ in range(trials):
         means = games(generator)
         value = solve(means).value

@@ -31,7 +31,7 @@ AGAIN = "Finished work is kept: the same command continues."
 RESUMED = "Finished work is kept: the same command with --resume continues."
 TRAIN = ("train", "RogueAttack-v0", "--name", "tiny", "--knob", "evaluation_episodes=2")
 LEAGUE = ("league", "rogue", "--attacker", "square", "--attacker", "random", "--attacker", "strike")
-LONG = (*LEAGUE, "--defender", "pd", "--defender", "monitor", "--episodes", "500")
+LONG = (*LEAGUE, "--defender", "pd", "--defender", "monitor", "--episodes", "200")
 needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 HOLD = """
 import time

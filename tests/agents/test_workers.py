@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from cps_agents.workers import Workers
-from tests.processes import is_gone, wait_until
+from tests.processes import is_gone, wait_until, waited
 
 FOREVER_S = 600.0
 
@@ -50,10 +50,14 @@ def test_one_works_here_and_in_the_given_order() -> None:
         ]
 
 
-def test_several_work_elsewhere_and_hand_over_what_is_done_first() -> None:
+def test_several_work_elsewhere_and_hand_over_what_is_done_first(tmp_path: Path) -> None:
+    handed_over, path = [], tmp_path / "the first is here"
     with Workers(2) as workers:
-        assert [item for item, _ in workers.run(time.sleep, [2.0, 0.0])] == [0.0, 2.0]
+        for (waits, _), done in workers.run(waited, [(True, path), (False, path)]):
+            handed_over.append((waits, done))
+            path.touch()
         assert multiprocessing.active_children()
+    assert handed_over == [(False, True), (True, True)]
     assert not multiprocessing.active_children()
 
 

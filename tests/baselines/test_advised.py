@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from cps_envs.rogue.reading import levels_of
 from tests import episodes
 
 SEEDS = range(4)
+TOGETHER = {"staggered": False}  # episodes that begin anywhere have to be played until there
 EXACT: tuple[tuple[str, Role, str, object], ...] = (  # problem, role, controller, action that leaves it alone
     ("rogue", "attacker", "contested", 0.0),
     ("rogue", "defender", "monitor", 0),
@@ -26,6 +29,7 @@ EXACT: tuple[tuple[str, Role, str, object], ...] = (  # problem, role, controlle
 )
 
 
+@cache
 def paid(problem: str, role: Role, policy: str) -> Array:
     """What the attacker is paid in a few episodes against the usual opponent, (B,)."""
     found = find_problem(problem)
@@ -66,7 +70,7 @@ def test_a_follower_around_string_is_paid_nearly_as_string_is() -> None:
 )
 def test_learners_see_rows_within_bounds_that_the_policy_s_state_is_a_part_of(role: str, adapter: str) -> None:
     envs = learning_env(role, num_envs=2, adapter=adapter, frame_skip=5)
-    envs.reset()
+    envs.reset(options=TOGETHER)
     neutral = np.repeat(np.asarray(envs.adapter.neutral_action)[np.newaxis], envs.num_envs, axis=0)
     for _ in range(3):
         rows = envs.step(neutral)[0]
@@ -88,7 +92,7 @@ def test_a_policy_without_an_adapter_of_its_own_is_none() -> None:
 def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "monitor")
     envs = learning_env("RogueDefense", num_envs=2, adapter="monitor")
-    envs.reset()
+    envs.reset(options=TOGETHER)
     count, seen = len(adapter.agents), envs.outside.seen()
     nobody = adapter.begin(2)
     assert not adapter.active(seen, nobody).any()
@@ -106,7 +110,7 @@ def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
 def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
     envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
-    envs.reset()
+    envs.reset(options=TOGETHER)
     first, seen, count = len(CONTROLLERS), envs.outside.seen(), len(adapter.agents)
     advice = np.resize([FRONT, first, first + 2, first + 4, first + 1], (1, count))
     left, brake, drive, follow, slide = (
@@ -126,7 +130,7 @@ def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
 def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, vehicle: str, level: int) -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
     envs = learning_env("RogueDefense", num_envs=1, adapter="guard", frame_skip=5)
-    envs.reset()
+    envs.reset(options=TOGETHER)
     seen, count = envs.outside.seen(), len(adapter.agents)
     place = {"rear": 0, "leader": count - 1 - int((seen["present"] < 0.5).sum())}
     moved = Seen(seen.fields, seen.observation.copy(), team=seen.team)
@@ -141,7 +145,7 @@ def test_a_vehicle_that_obeys_a_departure_is_not_suspected() -> None:
     """The monitor compares what a vehicle does with what it was ordered in the end, not with the advice."""
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
     envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
-    envs.reset()
+    envs.reset(options=TOGETHER)
     count, first = len(adapter.agents), len(CONTROLLERS)
     state = list(adapter.begin(1))
     state[0][0, 1], state[1][0] = 5.0, 1

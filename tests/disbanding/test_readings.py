@@ -102,7 +102,7 @@ def test_nobody_collides_under_the_standstill_rule(tau_s: float, expected: float
     assert found["velocity_error_intact"] == pytest.approx(expected, abs=0.06)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     tau_s=st.floats(0.1, 0.6),
     desired_gap_m=st.floats(2.0, 8.0),

@@ -49,7 +49,7 @@ def test_closed_loops_agree(seed: int, base: float, overrides: dict[str, Any]) -
     game = started([seed], **overrides)
     readings, actions = forged(game, seed, base)
     generator = np.random.default_rng([seed, 1])
-    choices = generator.integers(0, len(sensor_sets(game.config)) + 2, 280)
+    choices = generator.integers(0, len(sensor_sets(game.config)) + 2, game.config.window_steps + 80)
     steps = len(choices)
     drawn = np.random.default_rng(seed).standard_normal((game.config.num_steps, game.config.num_sensors))
     expected = Reference(
