@@ -17,7 +17,7 @@ from cps_envs.hvac.sensors import sensor_sets
 from cps_paper.chapter import Reproduction
 from cps_paper.claims import Claim
 from cps_paper.evidence import NotRunError
-from cps_paper.hvac import experiments, impacts, observers, rules, weighing
+from cps_paper.hvac import deviation, experiments, impacts, observers, rules, weighing
 from cps_paper.hvac.cells import CELL
 from cps_paper.hvac.chapter import CHAPTER, EXHIBITS
 from cps_paper.hvac.controllers import CLIP, CONTROLLERS, HvacEvidence, controller_named
@@ -38,7 +38,8 @@ from tests.reproduced import as_published
 PAGE = Path(__file__).parents[2] / "docs" / "reproduction.md"
 SHORT = (("num_steps", 190), ("onset_step", 120), ("window_steps", 100))
 FAST = ("4.2fig", "4.3fig", "4.5fig", "4.6fig", "claims")
-LEFT_OUT = [f"C{k}" for first, last in ((11, 14), (24, 28), (32, 36), (38, 42)) for k in range(first, last + 1)]
+LEFT_RANGES = ((11, 14), (24, 28), (32, 36), (38, 42), (46, 48))
+LEFT_OUT = [f"C{k}" for first, last in LEFT_RANGES for k in range(first, last + 1)]
 
 
 @pytest.fixture(scope="module")
@@ -345,7 +346,7 @@ def test_verdicts_that_change_over_other_days() -> None:
     changed = {claim.id for claim, finding in found.findings[""] if again.differs(claim.id, finding.verdict)}
     shown = {claim.id: finding.shown for claim, finding in found.findings[""]}
     assert all(("over other days" in words) == (name in changed) for name, words in shown.items())
-    assert f"{43 - len(changed)} of 43 verdicts stay" in found.closing()[-1]
+    assert f"{48 - len(changed)} of 48 verdicts stay" in found.closing()[-1]
 
 
 @pytest.mark.slow
@@ -360,7 +361,8 @@ def test_whole_output(whole: Reproduction[HvacEvidence]) -> None:
 
 def test_a_controller_stands_in_for_the_other_in_every_experiment() -> None:
     qp = controller_named("qp")
-    for one in CHAPTER.needed(CHAPTER.chosen(), HvacEvidence()):
+    parts = [part for part in CHAPTER.chosen() if part != "deviation"]  # its rows name their controller
+    for one in CHAPTER.needed(parts, HvacEvidence()):
         assert CLIP.under(one) == one
         two: Any = qp.under(one)
         assert isinstance(one, DayScenario)
@@ -387,10 +389,21 @@ def test_the_chapter_can_be_computed_with_each_controller() -> None:
 def test_the_weight_of_a_controller_gives_the_printed_impact() -> None:
     qp = controller_named("qp")
     assert weighing.impact_c2(dict(qp.settings)) == pytest.approx(weighing.PRINTED_C2, rel=0.02)
-    assert weighing.printed_errors_c() == pytest.approx([0.456, 1.633, 2.798, 3.830], abs=2e-3)
+    assert deviation.printed_errors_c() == pytest.approx([0.456, 1.633, 2.798, 3.830], abs=2e-3)
 
 
 def test_a_reading_of_table_4_1_is_judged_beside_the_attack_that_it_moves() -> None:
-    printed, ours = np.array([0.46, 1.63, 2.80, 3.83]), np.array([0.85, 1.76, 2.77, 3.80])
-    assert weighing.judged(ours, printed, 625.0) == ("reproduced 2, near 1, not reproduced 1", "not reproduced")
-    assert weighing.judged(printed, printed, 150.0) == ("reproduced 4", "reproduced")
+    row = deviation.DeviationRow(60, 0.05, (0.85, 1.76, 2.77, 3.80), 625.0)
+    assert (row.error_verdicts, row.impact_verdict) == ("reproduced 2, near 1, not reproduced 1", "not reproduced")
+    assert replace(row, impact_c2=150.0).impact_verdict == "reproduced"
+
+
+def test_the_percentages_of_table_4_1_may_be_standard_deviations() -> None:
+    found = CHAPTER.reproduce(("deviation",), jobs=1)
+    (table,) = found.tables()
+    ours = table.records[1:]
+    assert [row.weight for row in ours] == [0.05, 0.25, 0.25]
+    assert ours[0].errors_c == pytest.approx([0.85, 1.76, 2.77, 3.80], abs=0.005)
+    assert ours[1].impact_c2 == pytest.approx(150, abs=0.5)
+    for row in ours:  # no controller has both
+        assert "not reproduced" in row.error_verdicts or row.impact_verdict == "not reproduced"

@@ -15,6 +15,7 @@ from cps_envs.hvac.model import CHUNK
 from cps_envs.hvac.moving_horizon import MAX_CONDITION, observability, powers, set_gains
 from cps_envs.hvac.sensors import membership, zones_of_sensors
 from tests.hvac.games import go, started
+from tools.hvac.observer import distance_c
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 ALIKE: dict[str, Any] = {
@@ -71,3 +72,9 @@ def test_sets_that_hardly_observe_lose_no_digits(window: int, building: dict[str
             for a, (row, inverse) in enumerate(zip(member, inverses, strict=True)):
                 found = game.state.forced[0] + inverse @ samples[:, row].ravel()
                 assert np.abs(game.state.estimate[0, 1 + a] - found).max() < 1e-5, (k, a)
+
+
+def test_estimates_keep_to_the_pseudo_inverse_as_documented() -> None:
+    worst, condition = distance_c({})
+    assert worst < 1e-7  # 9.2e-9 as it is
+    assert condition == pytest.approx(3.2e3, rel=0.02)

@@ -116,7 +116,7 @@ COMMANDS = (
         """,
         "Leave out Table 4.2, eight sensors (Fig. 4.8), their claims, and attacks before step 200.",
         (Option("controller", str, "clip", "How (4.17) keeps its limits: clip, qp or levels."),),
-        "Only this part: 4.1, 4.2, 4.2fig to 4.8fig, early or claims; may be repeated.",
+        "Only this part: 4.1, deviation, 4.2, 4.2fig to 4.8fig, early or claims; may be repeated.",
         recheck="Judge the claims again over days of other seeds; takes twice as long.",
         varied="controller",
         values=("clip", "qp"),

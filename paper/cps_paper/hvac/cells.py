@@ -1,4 +1,4 @@
-"""Tables 4.1 and 4.2: the paper's tracking errors, ours, how they compare, and the claims C24 to C28."""
+"""Tables 4.1 and 4.2: the paper's tracking errors, ours, how they compare, and the claims C24 to C28, C46, C47."""
 
 from __future__ import annotations
 
@@ -178,6 +178,18 @@ def more_sensors_help(evidence: HvacEvidence, claim: Claim) -> Finding:
     count = sum(map(sum, smaller))
     shown = f"smaller in {count} of {sum(map(len, smaller))} comparisons; zone mean with {ends} °C"
     return Finding.of_cases(hold, shown)
+
+
+@CLAIMS.judges("C46", "C47")
+def estimates_beat_readings(evidence: HvacEvidence, claim: Claim) -> Finding:
+    """The zone mean with each number of sensors against that with readings, under every condition."""
+    rows = table_rows(evidence, "4.1" if claim.id == "C46" else "4.2")
+    readings = {row.percent: row.ours for row in _using(rows, 0)}
+    estimates = [row for row in rows if row.sensors_used]
+    raw, ours = [readings[row.percent] for row in estimates], [row.ours for row in estimates]
+    lower = sum(one > other for one, other in zip(raw, ours, strict=True))
+    shown = f"zone mean lower in {lower} of {len(ours)} rows, up to {max(ours):.2f} °C, with readings {max(raw):.2f} °C"
+    return Finding.of_comparisons(raw, ours, shown)
 
 
 @CLAIMS.judges("C27")

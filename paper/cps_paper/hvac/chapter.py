@@ -23,6 +23,7 @@ from cps_paper.hvac.bars import (
 from cps_paper.hvac.cells import errors_data, errors_table, table_rows
 from cps_paper.hvac.clear_day import clear_day_table, energies_table
 from cps_paper.hvac.controllers import CLIP, HvacEvidence, evidence_under
+from cps_paper.hvac.deviation import deviation_days, deviation_table
 from cps_paper.hvac.experiments import early_onsets, figure, table_cells
 from cps_paper.hvac.observers import observers_table, sets_table
 from cps_paper.hvac.rules import CLAIMS, RULES
@@ -106,6 +107,13 @@ def _behind_claims(seen: HvacEvidence) -> list[Experiment[Any]]:
 JUDGED: Judged[HvacEvidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
 EXHIBITS: tuple[Exhibit[HvacEvidence], ...] = (
     *SHOWN,
+    Exhibit(
+        "deviation",
+        "Table 4.1 with its percentages as standard deviations",
+        lambda seen: deviation_days(),
+        lambda seen: [deviation_table(seen)],
+        quick=False,
+    ),
     Exhibit(
         "early",
         "attacks before MTD2 is ready",

@@ -10,7 +10,7 @@ from cps_paper.claims import Claim, Finding, joined
 from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import ENERGIES_W, noise_free
-from cps_paper.hvac.rules import ALWAYS, CLAIMS, falling, of_printed
+from cps_paper.hvac.rules import ALWAYS, CLAIMS, of_printed
 from cps_paper.hvac.scenario import DayCourse
 from cps_paper.verdicts import REPRODUCED, by_construction, of_cases
 
@@ -167,9 +167,9 @@ def usual_level(evidence: HvacEvidence, claim: Claim) -> Finding:
 def shorter_with_energy(evidence: HvacEvidence, claim: Claim) -> Finding:
     """On-times from the lowest energy to the highest."""
     shares = [day.on_share for day in reversed(energy_days(evidence))]
-    hold = falling(shares)
     energies = joined([energy_w / 1000.0 for energy_w in reversed(ENERGIES_W)], "g")
-    return Finding.of_cases(hold, f"on in {joined(shares, '.2f')} of the steps at {energies} kW")
+    shown = f"on in {joined(shares, '.2f')} of the steps at {energies} kW"
+    return Finding.of_comparisons(shares[:-1], shares[1:], shown)
 
 
 @CLAIMS.judges("C10")

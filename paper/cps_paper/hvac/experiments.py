@@ -70,6 +70,11 @@ def second_zone() -> RecordedDay:
     return recorded("constant", "mtd1", FIGURE_4_6_DAYS, num_compromised=1)
 
 
+def first_two(attacker: str) -> RecordedDay:
+    """MTD1 while two of four sensors are attacked, s1 and s2: its course behind Figs. 4.7a to c."""
+    return recorded(attacker, "mtd1", FIGURE_4_6_DAYS, num_compromised=2, attack_order=(1, 2, 3, 4))
+
+
 def table_cell(table: str, percent: int, sensors_used: int) -> DayScenario:
     """A row of Table 4.1 or 4.2; 0 sensors: the measurements themselves."""
     settings: dict[str, Hashable] = {"sensor_sets": (2, 0, 2, 3, 0, 2, 3, 4, 0, 1, 2, 3, 4)}  # TABLE_SENSORS
@@ -105,8 +110,10 @@ def early_onsets() -> list[Experiment[Any]]:
 
 def figure(name: str) -> list[Experiment[Any]]:
     """Everything behind a figure, "4.2fig" to "4.8fig"."""
-    if name in ("4.7fig", "4.8fig"):
-        return bars({"4.7fig": 4, "4.8fig": 8}[name])
+    if name == "4.7fig":
+        return [*bars(4), *map(first_two, ATTACKS)]
+    if name == "4.8fig":
+        return bars(8)
     if name == "4.4fig":
         counts = [undefended(attacker, count) for attacker in ATTACKS for count in range(5)]
         return [*counts, first_zone("constant"), first_zone("none")]

@@ -1,4 +1,4 @@
-"""Attacks by defence and number of attacked sensors: claims C11 to C14, Figs. 4.7 and 4.8, and claims C31 to C42."""
+"""Attacks by defence and number of attacked sensors: claims C11 to C14, Figs. 4.7 and 4.8, C31 to C42 and C48."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from cps_paper.hvac.experiments import (
     LEAST_MEAN,
     MODEL_FALLBACK,
     compared,
+    first_two,
     first_zone,
     undefended,
 )
-from cps_paper.hvac.rules import CLAIMS, equals, falling, of_printed, rising, shown_impacts
-from cps_paper.hvac.scenario import DayOutcome
+from cps_paper.hvac.observers import SELECTED_SHARE, residuals
+from cps_paper.hvac.rules import CLAIMS, MOSTLY, equals, of_printed, shown_impacts
+from cps_paper.hvac.scenario import DayCourse, DayOutcome
 from cps_paper.verdicts import NOT, PARTLY, REPRODUCED, by_construction, of_cases
 
 
@@ -86,6 +88,32 @@ def mtd1_fails(evidence: HvacEvidence, claim: Claim) -> Finding:
     return Finding(_common(found), f"{_counts(found)}: {values}; line {line:.1f} °C²", _agree(found, claim))
 
 
+@CLAIMS.judges("C48")
+def mtd1_ignores_size(evidence: HvacEvidence, claim: Claim) -> Finding:
+    """The steps in which MTD1 uses an attacked sensor: how often does J of its set exceed that of every intact set?"""
+    shares = [_told(evidence[first_two(attacker)]) for attacker in ATTACKS]
+    hold = [used >= SELECTED_SHARE and told > MOSTLY for used, told in shares]
+    shown = "; ".join(
+        f"{attacker}: an attacked sensor in {used:.0%} of the steps, in {told:.0%} of these with the larger J"
+        for attacker, (used, told) in zip(ATTACKS, shares, strict=True)
+    )
+    return Finding.of_cases(hold, shown)
+
+
+def _told(course: DayCourse) -> tuple[float, float]:
+    """The share of the attacked steps whose set has an attacked sensor; of these, those that the size of J tells."""
+    attacked = range(1, course.config.max_compromised + 1)
+    flawed = np.array([not set(attacked).isdisjoint(sensors) for sensors in sensor_sets(course.config)])
+    chosen = course.choice[course.onset_step :]
+    every = residuals(course)[course.onset_step :]
+    choosing = (chosen > 0) & (chosen <= len(flawed))
+    place = np.clip(chosen - 1, 0, len(flawed) - 1)
+    used = choosing & flawed[place]
+    own = np.take_along_axis(every, place[..., np.newaxis], axis=2)[..., 0]
+    told = own > every[..., ~flawed].max(axis=2)
+    return float(used.mean()), float(told[used].mean()) if used.any() else 0.0
+
+
 @CLAIMS.judges("C34")
 def mtd2_equals(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Up to how many attacked sensors of four the impact under MTD2 equals the attack-free one, by attack."""
@@ -116,8 +144,7 @@ def fewer_sets(evidence: HvacEvidence, claim: Claim) -> Finding:
     bars = outcomes(evidence, SENSORS[claim.id], "random", LEAST_MEAN)[1:]
     used = [float(each.distinct_sets.mean()) for each in bars]
     intact = [float(each.intact_sets.mean()) for each in bars]
-    hold = falling(used)
-    return Finding.of_cases(hold, f"{joined(used, '.3g')} sets (intact {joined(intact, '.2g')})")
+    return Finding.of_comparisons(used[:-1], used[1:], f"{joined(used, '.3g')} sets (intact {joined(intact, '.2g')})")
 
 
 @CLAIMS.judges(*MTD1_FAILS)
@@ -165,12 +192,13 @@ PARTS_OF_ATTACK = 3
 @CLAIMS.judges("C11")
 def grows_with_sensors(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Mean impacts with 0 to 4 sensors attacked, each against the one before."""
-    hold, shown = [], []
+    more, fewer, shown = [], [], []
     for attacker in ATTACKS:
         impacts = [float(evidence[undefended(attacker, count)].a_impact.mean()) for count in range(5)]
-        hold += rising(impacts)
+        more += impacts[1:]
+        fewer += impacts[:-1]
         shown.append(f"{attacker} {joined(impacts)}")
-    return Finding.of_cases(hold, f"{'; '.join(shown)} °C²")
+    return Finding.of_comparisons(more, fewer, f"{'; '.join(shown)} °C²")
 
 
 @CLAIMS.judges("C12")
@@ -197,9 +225,8 @@ def input_rises(evidence: HvacEvidence, claim: Claim) -> Finding:
     course = evidence[first_zone("constant")]
     level = course.level_percent[course.onset_step :, :, 0]
     parts = [float(part.mean()) for part in np.array_split(level, PARTS_OF_ATTACK)]
-    hold = rising(parts)
     shown = f"mean {joined(parts)} % of E in thirds of the attack, up to {level.max(axis=0).mean():.0f} %"
-    return Finding.of_cases(hold, shown)
+    return Finding.of_comparisons(parts[1:], parts[:-1], shown)
 
 
 def mean_rise_c(evidence: HvacEvidence) -> FloatArray:

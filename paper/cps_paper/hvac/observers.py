@@ -1,4 +1,4 @@
-"""Figs. 4.5 and 4.6: what the observer and the sensor sets err by, and the claims C15 to C23, C29 and C30.
+"""Figs. 4.5 and 4.6: what the observer and the sensor sets err by, and the claims about them.
 
 Fig. 4.5 says how far the observer is off with few sensors and short windows; Fig. 4.6 shows the sensor sets under a
 negative bias of sensor 2, by residuals and MTD1's choices.
@@ -31,6 +31,7 @@ from cps_paper.verdicts import by_construction, of_cases
 LONG, SHORT, TWO, THREE = OBSERVERS
 LARGEST = {"C15": (LONG, 1), "C16": (LONG, 3), "C17": (LONG, 4), "C19": (SHORT, 1), "C20": (SHORT, 3)}  # case, zone
 START = {"C18": LONG, "C21": SHORT}
+IMPROVED = {"C44": (SHORT, LONG), "C45": (SHORT, TWO)}
 ALIKE = {"C22": TWO, "C23": THREE}
 
 
@@ -82,6 +83,14 @@ def zones_alike(evidence: HvacEvidence, claim: Claim) -> Finding:
     hold = [bool(error <= limit_c) for error in largest]
     shown = f"largest {joined(largest.tolist(), '.2f')} °C in zones 1 to 4; a reading is off by {limit_c:.2f} °C"
     return Finding.of_cases(hold, shown)
+
+
+@CLAIMS.judges(*IMPROVED)
+def improved(evidence: HvacEvidence, claim: Claim) -> Finding:
+    """The largest estimation errors of all zones with less, and with more, to go by."""
+    less, more = (np.median(largest_errors_c(evidence, case), axis=0).tolist() for case in IMPROVED[claim.id])
+    shown = f"largest {joined(less, '.2f')} °C in zones 1 to 4 become {joined(more, '.2f')} °C"
+    return Finding.of_comparisons(less, more, shown)
 
 
 def observers_table(evidence: HvacEvidence) -> ExhibitTable:

@@ -30,7 +30,8 @@ LEVELS = (
 NOISE = (
     "Not reproducible: Table 4.1. With readings the paper's errors grow eightfold from 20 to 80 % of noise variance, "
     "while the standard deviation of the noise doubles, as our errors do. With estimates ours are set by the weather, "
-    "which heating alone cannot counter, so noise and the number of sensors hardly matter."
+    "which heating alone cannot counter, so noise and the number of sensors hardly matter. Read as standard deviations "
+    "(part deviation) the percentages let our errors grow four- to fivefold, but only with an R that contradicts C12."
 )
 PERTURBED = (
     "Not reproducible: Table 4.2's gain from more sensors (C28). Every set shares the model's error, and more sensors "
