@@ -234,6 +234,8 @@ class _Tree:
         low = self._extreme(column, 1.0, self.lower[column])
         if low == np.inf:
             return 1.0, 0.0
+        if low >= self.upper[column]:  # nothing is left to ask
+            return low, self.upper[column]
         high = -self._extreme(column, -1.0, -self.upper[column])
         return low, self.upper[column] if high == -np.inf else high
 
