@@ -98,8 +98,8 @@ def test_a_command_names_the_parts_of_its_chapter(command: Command) -> None:
 
 LEFT_OUT_BY_QUICK = {
     "ch2": {"tried", "platoons", "text"},
-    "ch3": {"3.3", "3.4", "3.6", "3.7"},
-    "ch4": {"4.2", "4.8fig", "early"},
+    "ch3": {"3.3", "3.4", "3.6", "3.7", "horizons"},
+    "ch4": {"4.2", "4.8fig", "deviation", "early"},
     "ch5": {"seats", "fit", "headroom"},
     "testbed": set(),
 }
@@ -113,7 +113,7 @@ def test_quick_leaves_out_the_long_parts_unless_they_are_named(command: Command)
     assert chapter.chosen(reversed(chapter.parts), quick=True) == chapter.chosen()
 
 
-@pytest.mark.parametrize(("name", "count"), [("ch2", 39), ("ch4", 43), ("ch5", 21), ("testbed", 13)])
+@pytest.mark.parametrize(("name", "count"), [("ch2", 44), ("ch4", 48), ("ch5", 21), ("testbed", 13)])
 def test_every_claim_of_the_text_is_judged_by_one_function(name: str, count: int) -> None:
     (command,) = (each for each in COMMANDS if each.name == name)
     claims = command.load().judged.claims
