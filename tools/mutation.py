@@ -105,8 +105,9 @@ def _changes(tree: ast.Module) -> Iterator[tuple[ast.AST, str, Any]]:
     quiet = {id(each) for node in ast.walk(tree) for part in _quiet(node) for each in ast.walk(part)}
     for node in (each for each in ast.walk(tree) if id(each) not in quiet):
         for name in BLOCKS:
-            block = getattr(node, name, None)
-            for place, each in enumerate(block if isinstance(block, list) else []):
+            found = getattr(node, name, None)
+            block = found if isinstance(found, list) else []
+            for place, each in enumerate(block):
                 if _acts(each):
                     yield node, name, [*block[:place], ast.Pass(), *block[place + 1 :]]
         name, old = next(((name, op) for name in ("op", "ops") if (op := getattr(node, name, None))), ("", None))

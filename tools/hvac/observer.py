@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from cps_envs.core.declare.foreign import ForeignSettingWarning
 from cps_envs.core.types import Array, Role
 from cps_envs.hvac.building import discretise
-from cps_envs.hvac.config import ForeignSettingWarning
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.moving_horizon import MAX_CONDITION, ObservabilityWarning, observability, powers, set_gains
 from cps_envs.hvac.problem import HVAC

@@ -45,7 +45,7 @@ class RolesAECEnv(parallel_to_aec_wrapper[str, Observation, Any]):
             ResetNeeded: no episode is running.
         """
         self._check_running()
-        found: tuple[Observation | None, float, bool, bool, dict[str, Any]] = super().last(observe)
+        found: tuple[Observation | None, float, bool, bool, dict[str, Any]] = super().last(observe)  # type: ignore[no-untyped-call]
         return found
 
     def observe(self, agent: str) -> Observation:
@@ -57,7 +57,7 @@ class RolesAECEnv(parallel_to_aec_wrapper[str, Observation, Any]):
         """
         self.env.check_begun()
         self.env.observation_space(agent)
-        seen: Observation = super().observe(agent)
+        seen: Observation = super().observe(agent)  # type: ignore[no-untyped-call]
         return seen
 
     def _check_running(self) -> None:
