@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,13 +14,19 @@ from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.adapter import adapter_of
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, Role
-from cps_envs.registration import find_problem, learning_env
+from cps_envs.registration import find_problem, find_role, learning_env
 from cps_envs.rogue.actions import LEVELS
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 from cps_envs.rogue.reading import levels_of
 from tests import episodes
+from tests.settings import PROBLEM_TESTS
 
 SEEDS = range(4)
+BRIEF: Mapping[str, Any] = {  # the scale of inputs is measured by playing
+    **{name: each.short for name, each in PROBLEM_TESTS.items()},
+    "rogue": {"duration_s": 20.0},
+    "disbanding": {"duration_s": 12.0},
+}
 TOGETHER = {"staggered": False}  # episodes that begin anywhere have to be played until there
 EXACT: tuple[tuple[str, Role, str, object], ...] = (  # problem, role, controller, action that leaves it alone
     ("rogue", "attacker", "contested", 0.0),
@@ -69,7 +77,7 @@ def test_a_follower_around_string_is_paid_nearly_as_string_is() -> None:
     ],
 )
 def test_learners_see_rows_within_bounds_that_the_policy_s_state_is_a_part_of(role: str, adapter: str) -> None:
-    envs = learning_env(role, num_envs=2, adapter=adapter, frame_skip=5)
+    envs = learning_env(role, num_envs=2, adapter=adapter, frame_skip=5, **BRIEF[find_role(role)[0].name])
     envs.reset(options=TOGETHER)
     neutral = np.repeat(np.asarray(envs.adapter.neutral_action)[np.newaxis], envs.num_envs, axis=0)
     for _ in range(3):
@@ -91,7 +99,7 @@ def test_a_policy_without_an_adapter_of_its_own_is_none() -> None:
 
 def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "monitor")
-    envs = learning_env("RogueDefense", num_envs=2, adapter="monitor")
+    envs = learning_env("RogueDefense", num_envs=2, adapter="monitor", **BRIEF["rogue"])
     envs.reset(options=TOGETHER)
     count, seen = len(adapter.agents), envs.outside.seen()
     nobody = adapter.begin(2)
@@ -109,7 +117,7 @@ def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
 
 def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
-    envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard", **BRIEF["rogue"])
     envs.reset(options=TOGETHER)
     first, seen, count = len(CONTROLLERS), envs.outside.seen(), len(adapter.agents)
     advice = np.resize([FRONT, first, first + 2, first + 4, first + 1], (1, count))
@@ -129,7 +137,7 @@ def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
 )
 def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, vehicle: str, level: int) -> None:
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
-    envs = learning_env("RogueDefense", num_envs=1, adapter="guard", frame_skip=5)
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard", frame_skip=5, **BRIEF["rogue"])
     envs.reset(options=TOGETHER)
     seen, count = envs.outside.seen(), len(adapter.agents)
     place = {"rear": 0, "leader": count - 1 - int((seen["present"] < 0.5).sum())}
@@ -144,7 +152,7 @@ def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, 
 def test_a_vehicle_that_obeys_a_departure_is_not_suspected() -> None:
     """The monitor compares what a vehicle does with what it was ordered in the end, not with the advice."""
     adapter = adapter_of(episodes.spec_of(find_problem("rogue"), "defender", preset="learning"), "guard")
-    envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard", **BRIEF["rogue"])
     envs.reset(options=TOGETHER)
     count, first = len(adapter.agents), len(CONTROLLERS)
     state = list(adapter.begin(1))
