@@ -68,7 +68,7 @@ def write_dataset(
     environment that Minari recovers has the other player as its opponent.
 
     Raises:
-        CommandError: a dataset of that name exists, or the name is none.
+        CommandError: a dataset of that name exists, the name is none, or the problem has no Gymnasium ids.
         MissingExtraError: Minari is not installed.
     """
     minari = require("minari", extra="data", purpose="writing datasets")
@@ -78,8 +78,7 @@ def write_dataset(
     folder = root / dataset_id
     if folder.exists():
         raise CommandError(f"there is a dataset {dataset_id} already: choose another --id, or delete {folder}")
-    options = {**overrides, "preset": preset, "opponent": players[other(role)]}
-    env = gymnasium.make(f"{problem.namespace}:{problem.env_id(role)}", **options)
+    env = _recovered(problem, role, {**overrides, "preset": preset, "opponent": players[other(role)]})
     config = problem.config(preset, overrides)
     episodes = [
         episode
@@ -102,6 +101,22 @@ def write_dataset(
             requirements=["cps-envs"],
         )
     return minari.load_dataset(dataset_id)
+
+
+def _recovered(problem: Problem, role: Role, options: Mapping[str, Any]) -> Any:
+    """The environment that Minari writes into a dataset by its id, and makes again from that.
+
+    Raises:
+        CommandError: the problem has no ids.
+    """
+    name = problem.env_id(role)
+    try:
+        return gymnasium.make(f"{problem.namespace}:{name}", **options)
+    except (gymnasium.error.UnregisteredEnv, ModuleNotFoundError) as error:
+        raise CommandError(
+            f"a dataset names its environment by Gymnasium's id, and there is no {name}: let {problem.namespace!r}, "
+            f"the namespace of {problem.name}, be the module that calls cps_envs.register(...) for it"
+        ) from error
 
 
 def size_of(episodes: Sequence[Mapping[str, Any]]) -> int:

@@ -54,13 +54,13 @@ def show_meeting(
     if as_json:
         print_json(_document(heading, seed, outcome))
     else:
-        units = {RETURN: problem.unit if game.objective is None else ""}
+        units = {RETURN: problem.unit_of(config)}
         units |= {name: said.unit for name, said in game.measures.items()}
         _print(out(), heading, seed, outcome, units)
         if explain:
             meant = [(name, game.measures[name].says) for name in outcome if name in game.measures]
             out().print(Sheet("What the metrics say", ("Metric", "meaning"), meant, left=2))
-        unit = f", in {problem.unit}" if problem.unit and game.objective is None else ""
+        unit = f", in {units[RETURN]}" if units[RETURN] else ""
         paid = " + ".join(game.payoff_parts) if game.objective is None else game.objective.formula
         out().print(f"The return is what the attacker is paid{unit}: {paid}.", markup=False)
 

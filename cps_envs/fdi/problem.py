@@ -69,5 +69,6 @@ FDI = Problem(
         ),
     },
     unit="m/s",
+    units={"goal": ("instability", "m")},  # what errors have grown
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

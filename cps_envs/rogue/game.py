@@ -88,7 +88,7 @@ class RogueGame(Game):
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
         self._orders = np.full((num_envs, ordered, 2), (COMMANDED, 0))
         self._usual = self._moves(self._neutral["defender"])
-        self._measured = Metrics._fields if config.hidden else Metrics._fields[:-HIDDEN_ONLY]
+        self._measured = tuple(name for name in Metrics._fields if config.hidden or name not in HIDDEN_ONLY)
         self.pay_as_configured()
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -132,7 +132,8 @@ class RogueGame(Game):
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(self._measured, self._scores.item(b)))  # noqa: B905, strict costs a microsecond
+        found = dict(zip(Metrics._fields, self._scores.item(b)))  # noqa: B905, strict costs a microsecond
+        return found if self.config.hidden else {name: found[name] for name in self._measured}
 
     def parts(self) -> tuple[Array, ...]:
         """See the base class."""

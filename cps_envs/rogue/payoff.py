@@ -35,7 +35,7 @@ class Metrics(NamedTuple):
 
 
 PAYOFF_PARTS = ("damage", "formation_charge")
-HIDDEN_ONLY = 2  # metrics at the end that are shown only where the seized vehicle is not marked
+HIDDEN_ONLY = ("false_alarms", "attacked")  # shown only where the seized vehicle is not marked
 
 
 @inlined

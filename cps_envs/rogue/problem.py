@@ -43,6 +43,7 @@ ROGUE = Problem(
     viewer="cps_envs.rogue.picture.viewer:RogueViewer",
     swarm={"defender": "give_way_vehicle"},
     unit="m/s",
+    units={"contact": ("pass", "m")},  # how far vehicles have been inside one another
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
     foreign=Later("cps_envs.rogue.foreign:foreign"),
     system=(*OF_VEHICLES, "max_effort", "min_effort", "separation_m", "reference_speed_mps"),

@@ -158,3 +158,18 @@ def test_no_display_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr("cps_envs.core.picture.rendering.Window.show", without_display)
     assert "--render FILE.mp4" in refusal("play", "disbanding", *SHORT, "--render", "human")
+
+
+def test_what_is_paid_has_the_unit_of_the_configuration() -> None:
+    rogue, fdi = find_problem("rogue"), find_problem("fdi")
+    for problem, preset, changes, unit in (
+        (rogue, "paper", {}, "m"),
+        (rogue, "learning", {}, "m/s"),
+        (rogue, "learning", {"contact": "pass"}, "m"),
+        (rogue, "learning", {"payoff": {"alarms": 1.0}}, ""),
+        (fdi, "paper", {}, "m/s"),
+        (fdi, "paper", {"goal": "instability"}, "m"),
+    ):
+        assert problem.unit_of(problem.config(preset, changes)) == unit
+    printed = succeeded("play", "rogue", "--preset", "paper", "--set", "duration_s=1").stdout
+    assert "in m: damage + formation_charge" in " ".join(printed.split())

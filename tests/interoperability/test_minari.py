@@ -15,7 +15,7 @@ from cps_agents.datasets import dataset_name, write_dataset
 from cps_agents.errors import CommandError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.registration import find_problem
-from tests.agents.command_line import succeeded
+from tests.agents.command_line import refusal, succeeded
 
 minari = pytest.importorskip("minari")
 pytest.importorskip("h5py")
@@ -146,3 +146,11 @@ def test_the_default_is_preset_learning() -> None:
     assert document["id"].startswith("cps_envs/rogue/learning/defender-mixture-monitor-")
     env: Any = minari.load_dataset(document["id"]).recover_environment().unwrapped
     assert env.config == find_problem("rogue").config("learning", {"duration_s": 3.0})
+
+
+def test_a_problem_without_ids_makes_no_dataset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    said = refusal("--trust", "dataset", "cps_paper.testbed.robots.problem:TESTBED", "--role", "attacker")
+    assert "a dataset names its environment by Gymnasium's id, and there is no cps_envs/" in said
+    assert "cps_envs.register(...)" in said
+    assert list(tmp_path.iterdir()) == []

@@ -80,7 +80,7 @@ class Table:
         """What the number of a meeting is, with its unit where that is known."""
         if self.per:
             return f"{self.metric} / {self.per}"
-        unit = find_problem(self.venue.problem).unit if self.metric == RETURN else ""
+        unit = find_problem(self.venue.problem).unit_of(self.venue.config) if self.metric == RETURN else ""
         return f"{self.metric}, {unit}" if unit else self.metric
 
     def players(self, role: Role) -> Sequence[Contestant]:

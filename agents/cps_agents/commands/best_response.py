@@ -219,7 +219,7 @@ def _show(question: Question, responses: Responses, judgement: Judgement, over_v
         (name, stacked(found), stacked(fresh[name]) if name in fresh else "", spent.get(name, ""))
         for name, found in judgement.validation.items()
     ]
-    unit = find_problem(question.venue.problem).unit or "return"
+    unit = find_problem(question.venue.problem).unit_of(question.venue.config) or "return"
     title = f"{question.venue.problem}: what the attacker is paid, {unit}; opponent: {question.strategy.reference}"
     console.print(Sheet(title, (question.role, "pay, all", "pay, fresh episodes", "found in, CPU s"), rows))
     console.print(_verdict(f"the best policy known before, {judgement.known},", judgement.gain), markup=False)

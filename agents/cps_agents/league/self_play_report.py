@@ -86,7 +86,8 @@ def play_line(outcome: LeagueOutcome, role: Role) -> str:
 
 
 def _unit(outcome: LeagueOutcome) -> str:
-    return find_problem(outcome.game.venue.problem).unit or "return"
+    venue = outcome.game.venue
+    return find_problem(venue.problem).unit_of(venue.config) or "return"
 
 
 def draw(outcome: LeagueOutcome) -> Any:

@@ -120,7 +120,7 @@ def document(board: Board, takes: Mapping[Pair, Sequence[Take]]) -> dict[str, An
         "name": problem.name,
         "title": problem.name.capitalize() if len(problem.name) > 4 else problem.name.upper(),
         "summary": problem.summary,
-        "unit": problem.unit,
+        "unit": problem.unit_of(table.venue.config),
         "version": problem.version,
         "preset": table.venue.preset,
         "overrides": {name: str(value) for name, value in table.venue.overrides.items()},

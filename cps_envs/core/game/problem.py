@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from cps_envs.core.declare.config import configure, parameter_table
 from cps_envs.core.declare.foreign import other_fields, tell
-from cps_envs.core.declare.objective import foreign_pay
+from cps_envs.core.declare.objective import foreign_pay, is_own
 from cps_envs.core.declare.training import Training
 from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.policies.lookup import PolicyReference, resolve_policy
@@ -76,7 +76,8 @@ class Problem:
     cost: str = ""  # the metric that counts what safe learners keep within `cost_limit`; its increase is `info["cost"]`
     cost_limit: float = 0.0  # of an episode
     namespace: str = "cps_envs"  # of the ids, and the package whose import registers them: one word, without dots
-    unit: str = ""  # of what the attacker is paid, such as "m/s"
+    unit: str = ""  # of what the attacker is paid by its game's own payoff, such as "m/s"
+    units: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # field -> a word of it, and the unit with that
     work: Work | None = None  # what `cps-envs bench` counts beside steps
     foreign: Callable[[Any], Sequence[str]] | None = None  # sentences on its numbers that fit another system only
     system: tuple[str, ...] = ()  # fields that decide whether numbers found for a preset fit
@@ -107,6 +108,13 @@ class Problem:
     def opponent(self, preset: str | None, role: Role) -> str:
         """Who plays a role in a preset where nobody else does."""
         return self.opponents[self.usual_preset if preset is None else preset][role]
+
+    def unit_of(self, config: Any) -> str:
+        """The unit of what the attacker is paid under a configuration; empty where none is known."""
+        if not is_own(config):
+            return ""
+        found = [unit for name, (word, unit) in self.units.items() if getattr(config, name) == word]
+        return found[0] if found else self.unit
 
     def foreign_to(self, config: Any) -> list[str]:
         """Sentences about numbers of a configuration that were found for another system than it describes."""
