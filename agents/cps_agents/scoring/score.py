@@ -159,7 +159,7 @@ def score(
     """Score a policy: a reference, or any object with `predict`, such as a model of stable-baselines3.
 
     All training seeds of `zoo:NAME` and of `sb3:FOLDER` play, each its own part of the episodes. `sampled` is for a
-    model of `cps_agents.sb3.make` that draws its actions. `kind` says what made the policy, where that cannot be told
+    model as an object that is to draw its actions. `kind` says what made the policy, where that cannot be told
     from its reference.
 
     Raises:
