@@ -104,10 +104,9 @@ def _changes(tree: ast.Module) -> Iterator[tuple[ast.AST, str, Any]]:
     """A node, its field and what the field becomes; not in annotations, decorators, messages and shapes."""
     quiet = {id(each) for node in ast.walk(tree) for part in _quiet(node) for each in ast.walk(part)}
     for node in (each for each in ast.walk(tree) if id(each) not in quiet):
-        for name in BLOCKS:
-            found = getattr(node, name, None)
-            block = found if isinstance(found, list) else []
-            for place, each in enumerate(block):
+        blocks: list[tuple[str, Any]] = [(name, getattr(node, name, None)) for name in BLOCKS]
+        for name, block in blocks:
+            for place, each in enumerate(block if isinstance(block, list) else ()):
                 if _acts(each):
                     yield node, name, [*block[:place], ast.Pass(), *block[place + 1 :]]
         name, old = next(((name, op) for name in ("op", "ops") if (op := getattr(node, name, None))), ("", None))

@@ -45,7 +45,8 @@ class RolesAECEnv(parallel_to_aec_wrapper[str, Observation, Any]):
             ResetNeeded: no episode is running.
         """
         self._check_running()
-        found: tuple[Observation | None, float, bool, bool, dict[str, Any]] = super().last(observe)  # type: ignore[no-untyped-call]
+        found: tuple[Observation | None, float, bool, bool, dict[str, Any]]
+        found = super().last(observe)  # type: ignore[no-untyped-call]
         return found
 
     def observe(self, agent: str) -> Observation:

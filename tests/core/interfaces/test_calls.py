@@ -280,5 +280,5 @@ def elsewhere() -> Iterator[Connection]:
 def test_twenty_thousand_calls_of_all_forms(name: str, elsewhere: Connection) -> None:
     calls = 0
     while calls < 20_000 / len(EVERYWHERE):
-        calls += run(EVERYWHERE[name], 4, 40, elsewhere, derandomize=False)
+        calls += run(EVERYWHERE[name], 3, 40, elsewhere, derandomize=False)
     print(f"{calls} calls", flush=True)

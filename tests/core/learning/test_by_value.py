@@ -199,6 +199,48 @@ def test_relative_pay_is_over_neutral_pumps_in_the_same_episodes(per_agent: bool
     assert uneven > 5
 
 
+def test_an_episode_that_starts_a_step_later_is_neither_played_nor_paid_in_that_step() -> None:
+    env = pumps(relative=True, autoreset="next_step")
+    shown, _ = env.reset(seed=0)
+    told, rest, draws = stories(same=True), stories(same=True), np.random.default_rng(8)
+    for _ in range(22):
+        equal(shown, inputs(told))
+        actions = draws.integers(0, 3, (COUNT, PUMPS))
+        own = np.zeros((COUNT, PUMPS))
+        for b, (one, two) in enumerate(zip(told, rest, strict=True)):
+            if one.over:
+                one.start(), two.start()
+                continue
+            own[b] = one.step(actions[b]) - (0.0 if two.over else two.step([1] * PUMPS))
+        shown, rewards, ended, *_ = env.step(actions.ravel())
+        equal(rewards, own.ravel())
+        assert ended.reshape(COUNT, PUMPS)[:, 0].tolist() == [each.over for each in told]
+
+
+def test_a_native_role_is_paid_by_its_sign_in_each_episode_that_goes_on() -> None:
+    for role, sign in (("attacker", 1.0), ("defender", -1.0)):
+        kind = type("Made", (RoleVectorEnv,), {"problem": TANK, "role": role})
+        other_one = OPENED if role == "defender" else "none"
+        env = kind(3, interface="native", opponent=other_one, inflow=(0.1, 0.3), autoreset="disabled", frame_skip=2)
+        env.reset(seed=1)
+        start = env.game.level.copy()
+        action = np.ones((3, PUMPS) if role == "defender" else 3, np.int64)
+        rewards = env.step(action)[1]
+        equal(rewards, sign * (env.game.level - start))
+        assert np.abs(rewards).min() > 0.3
+
+
+def test_inputs_end_where_their_space_does() -> None:
+    env = pumps(scaling=((0.5,) * 8, (1e-4,) * 8))
+    shown, _ = env.reset(seed=0)
+    space = env.single_observation_space
+    assert (set(space.low.tolist()), set(space.high.tolist())) == ({-5.0}, {5.0})
+    assert set(shown[:, :8].ravel().tolist()) == {-5.0}
+    assert env.observation_space.contains(shown)
+    assert space.local  # by sensors of its own
+    assert (space.agents, pumps(per_agent=False).single_observation_space.agents) == (1, PUMPS)
+
+
 def test_the_attacker_decides_when_the_level_has_passed_a_metre_or_its_action_has_been_held() -> None:
     scale = ((0.0, 0.0), (1.0, 1.0))
     valve = Training(adapter="valve", frame_skip=3)
