@@ -17,6 +17,8 @@ from tests.core.toy import ToyDefenseEnv
 def test_learners_meet_their_interface_where_the_problem_declares_it() -> None:
     assert LearnedDefenseEnv().interface == "learning"
     assert LearnedDefenseEnv(preset="paper").interface == "native"
+    native = LearnedDefenseEnv(interface="native")  # of which no setting is declared
+    assert (native.frame_skip, native.action_space) == (1, ToyDefenseEnv(preset="learning").action_space)
     assert ToyDefenseEnv(preset="learning").interface == "native"
     assert RolesParallelEnv(LEARNED).interface == "learning"
     assert LearnedDefenseEnv(preset="paper", interface="learning", scaling=((), ())).frame_skip == 4
