@@ -9,7 +9,6 @@ values are the new variables: whole where the old ones are, one to one.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -109,7 +108,7 @@ def _metric(left: FloatArray, right: FloatArray, start: FloatArray) -> FloatArra
         weights = 1 / (right - left @ point)
         hessian: FloatArray = (left * (weights * weights)[:, np.newaxis]).T @ left
         step = -np.linalg.solve(hessian, left.T @ weights)
-        decrement = math.sqrt(max(0.0, float(step @ hessian @ step)))
+        decrement = float(np.sqrt(max(0.0, float(step @ hessian @ step))))
         if decrement < CENTRED:
             break
         point = point + step / (1 + decrement)
@@ -121,7 +120,7 @@ def reduce_basis(gram: FloatArray) -> FloatArray:
     """Whole combinations (n, n), one a row, that are a reduced basis in the metric `gram` (n, n)."""
     size = len(gram)
     whole = np.eye(size)
-    basis: FloatArray = np.linalg.cholesky(gram)  # type: ignore[assignment]
+    basis = np.linalg.cholesky(gram).astype(np.float64)
     upright, squares, shares = np.zeros((size, size)), np.zeros(size), np.zeros((size, size))
     for row in range(size):
         _straighten(basis, upright, squares, shares, row)
