@@ -37,6 +37,7 @@ from cps_paper.verdicts import (
     Tolerance,
     of_cases,
     of_cell,
+    of_comparisons,
     of_number,
 )
 
@@ -242,6 +243,22 @@ def test_rule_of_numbers(ours: float | None, paper: float, verdict: str) -> None
 )
 def test_rule_of_cases(hold: str, verdict: str) -> None:
     assert of_cases([case == "1" for case in hold]) == verdict
+
+
+@pytest.mark.parametrize(
+    ("larger", "verdict"),
+    [
+        ((2.0, 2.0, 2.0), REPRODUCED),
+        ((2.0, 2.0, 1.01), NEAR),
+        ((2.0, 1.01, 1.01), PARTLY),
+        ((1.01, 1.01, 1.01), PARTLY),  # the right sign in all
+        ((1.01, 1.01, 0.9), PARTLY),  # in all but one of three
+        ((1.01, 0.9, 0.9), NOT),
+        ((1.0, 1.0, 1.0), NOT),
+    ],
+)
+def test_a_right_sign_of_the_wrong_size_is_partly(larger: tuple[float, ...], verdict: str) -> None:
+    assert of_comparisons(larger, [1.0] * 3) == verdict
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
+from cps_baselines.disbanding.heuristic_policy import FORESIGHT
+from cps_baselines.disbanding.mpc import PAPER_MATCHING, design_mpc
 from cps_envs.disbanding.config import PAPER
 from cps_paper.chapter import Reproduction
 from cps_paper.disbanding import plots
 from cps_paper.disbanding.cells import mean_distance, references, table_cells
 from cps_paper.disbanding.chapter import CHAPTER
+from cps_paper.disbanding.effort import heuristic_products, mpc_products
 from cps_paper.disbanding.experiments import DisbandingEvidence, evaluator
 from cps_paper.disbanding.played import READINGS, PlayedScenario
 from cps_paper.disbanding.scenario import CONTROLLERS, Recorded, Scenario, ScenarioOutcome
@@ -297,3 +300,13 @@ def test_a_policy_at_every_step_does_not_take_the_place_of_the_closed_loop(contr
     built_in = Scenario(((10, 1.0),), controller=controller).run()
     played = PlayedScenario(controller, overrides=(("control_period_s", 0.01),)).run()
     assert abs(played["velocity_error_intact"] - built_in.velocity_error_intact) > 0.05
+
+
+def test_products_are_counted_from_the_sizes_of_the_programs() -> None:
+    horizon, program = PAPER_MATCHING.horizon, design_mpc(PAPER_MATCHING, 0.1)
+    rows = len(program.qp.rows)
+    least, most = mpc_products(horizon)
+    assert rows == 5 * horizon - 4
+    assert least == 63 + horizon**2 + rows * horizon  # 35 + 12 + 16 for the terms
+    assert most == least + 60 * rows * (rows + 1) + rows * horizon
+    assert heuristic_products(FORESIGHT, -5.0, 1.0) == (20, 25 + 61 * 17)  # 61 commands, 0.1 m/s2 apart
