@@ -114,7 +114,7 @@ COMMANDS = (
         Claims and cells that differ from the paper are findings and do not fail. The exit code is 1 when our own
         numbers left the reference values of the specification, which means that the simulation has changed.
         """,
-        "Leave out Table 4.2, eight sensors (Fig. 4.8), their claims, and attacks before step 200.",
+        "Leave out Table 4.2, eight sensors (Fig. 4.8), their claims, deviation, and attacks before step 200.",
         (Option("controller", str, "clip", "How (4.17) keeps its limits: clip, qp or levels."),),
         "Only this part: 4.1, deviation, 4.2, 4.2fig to 4.8fig, early or claims; may be repeated.",
         recheck="Judge the claims again over days of other seeds; takes twice as long.",

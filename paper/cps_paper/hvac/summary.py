@@ -53,8 +53,8 @@ SINGLE = (
     "is consistent with itself: once the window holds nothing else, the attacked sensor alone fits perfectly."
 )
 QUICK = (
-    "--quick left out, unless asked for: Table 4.2 (C27, C28), eight sensors (Fig. 4.8, C38 to C42) and the attacks "
-    "before step 200."
+    "--quick left out, unless asked for: Table 4.2 (C27, C28, C47), eight sensors (Fig. 4.8, C38 to C42), "
+    "part deviation and the attacks before step 200."
 )
 REASONS = (  # words, and the parts and the claims that they are about
     (LEVELS, ("4.3fig",), ("C04", "C06", "C07", "C08")),
