@@ -34,6 +34,15 @@ FILTERED_DAY = {
     "onset_step": (200, 220),
     "compromised_weights": (0, 0, 0, 0, 1),
 }
+LOOP_DAY = {
+    "preset": "learning",
+    "num_steps": 400,
+    "onset_step": [200, 220],
+    "command_attack_w": 300.0,
+    "reference_attack_c": 2.0,
+    "denial": ["readings", "commands"],
+    "thermostats": True,
+}
 HVAC_TESTS = ProblemTests(
     short=SHORT_DAY,
     variants={
@@ -74,6 +83,13 @@ HVAC_TESTS = ProblemTests(
             {"preset": "paper", "controller": "levels", "num_steps": 300, "opponent": "tests.hvac.players:Constant"},
             seed=11,
         ),
+        "thermostats for a controller": Golden(
+            "defender", {"preset": "paper", "controller": "on_off", "opponent": "tests.hvac.players:Constant"}, seed=12
+        ),
+        "commands, set-points and messages": Golden(
+            "attacker", {**LOOP_DAY, "opponent": "tests.hvac.players:RandomChoice"}, seed=13, boldness=1.0
+        ),
+        "thermostats on the spot": Golden("defender", {**LOOP_DAY, "opponent": "push"}, seed=14, boldness=1.0),
         "grey box": Golden(
             "attacker",
             {

@@ -49,7 +49,7 @@ set-points of step k, from the onset on:
 
 | Field | Entries | Meaning |
 |---|---|---|
-| `command_attack_w` | one per zone | times the field, added to the zone's heating command, within its limits |
+| `command_attack_w` | one per zone | times the field, added to the heating command within the plant's limits |
 | `reference_attack_c` | one per zone | times the field, by which the set-point moves that the controller hears |
 | `denial=("readings",)` | 1 | above 1/3 no readings arrive, and all sensors show the last |
 | `denial=("commands",)` | 1 | above 1/3 no commands arrive, and zones are heated as before |
@@ -131,10 +131,10 @@ They switch `hysteresis_c` from the set-point, and hear no commands and no set-p
 
 The filters also estimate the heat that nobody measures. The other estimates take it for zero.
 
-Until the window of N_e samples is full (`ready`), `info["action_mask"]` and `action_masks()` allow only 0, sets + 1
-and thermostats. Every action but 0 and thermostats then means recursive least squares of all sensors. Moving target
-defences draw among the sets that `better_half` (MTD1) or `passes` (MTD2) marks in the observation. Both marks answer
-the newest readings and are computed in full precision.
+Until the window of N_e samples is full (`ready`), `info["action_mask"]` and `action_masks()` allow only 0, sets + 1 and
+thermostats. Sets + 1 then means recursive least squares of all sensors. Moving target defences draw among the sets
+that `better_half` (MTD1) or `passes` (MTD2) marks in the observation. Both marks answer the newest readings and are
+computed in full precision.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back. The
