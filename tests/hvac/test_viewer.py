@@ -15,7 +15,7 @@ from cps_envs.hvac.picture.course import marked_steps, range_of, worst_zone
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.layout import arrange
 from cps_envs.hvac.picture.palette import TEMPERATURE_SCALE, temperature_color
-from cps_envs.hvac.picture.viewer import HOUSE, HvacViewer, panels
+from cps_envs.hvac.picture.viewer import HOUSE, HvacViewer, blocked, panels
 from tests.hvac.games import go, started
 from tests.hvac.pictures import CONFIG, DAY, MODEL, UNDER_WAY, attacked, frame, ring
 
@@ -83,7 +83,9 @@ def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
         UNDER_WAY,
         config=config,
         **{name: low + generator.uniform(0, 10, 64) for name, low in numbers.items()},
-        **dict.fromkeys(("heating", "unknown_heat", "believed_heat", "residual", "mean_residual"), np.ones(64)),
+        **dict.fromkeys(("heating", "supplied", "unknown_heat", "believed_heat", "residual"), np.ones(64)),
+        mean_residual=np.ones(64),
+        shift=np.zeros(64),
         reference_c=np.full(64, 25.0),
         compromised=np.arange(64) < 9,
         choice=17,
@@ -198,3 +200,12 @@ def test_a_filter_without_sensors_says_so() -> None:
     belief = belief_of(game.scene(0))
     assert belief.source == "Controller follows the Kalman filter of no sensor"
     assert not belief.believed.any()
+
+
+def test_the_caption_tells_of_thermostats_and_of_messages_that_do_not_arrive() -> None:
+    game = started([0], **{**DAY, "thermostats": True})
+    go(game, 16)
+    scene = game.scene(0)
+    assert belief_of(scene).source == "Thermostats follow the raw readings"
+    assert blocked(scene) == ""
+    assert blocked(replace(scene, denied=np.array([True, True]))) == ", no readings or commands arrive"

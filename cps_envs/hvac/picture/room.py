@@ -30,7 +30,7 @@ def draw_room(canvas: Canvas, scene: Scene, belief: EstimateSource, zone: int, b
             draw_unknown_heat(canvas, scene, zone, (box[0] + EDGE, box[1] + 42))
             if scene.shift[zone] != 0.0:
                 told = f"told to reach {scene.reference_c[zone] + scene.shift[zone]:.1f} °C"
-                canvas.text(told, (box[0] + EDGE, box[1] + 74), FALSE, SMALL)
+                canvas.text(told, (box[0] + EDGE, box[1] + 72), FALSE, SMALL)
         draw_sensors(canvas, scene, belief, zone, box, spacious=spacious)
         draw_heating(canvas, scene, zone, box, spacious=spacious)
 
