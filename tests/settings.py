@@ -170,6 +170,10 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
                 seed=12,
                 boldness=0.1,
             ),
+            "drivers attack": Golden("attacker", {"preset": "drivers", "opponent": "string"}, seed=13),
+            "drivers defence": Golden(
+                "defender", {"preset": "drivers", "duration_s": 60.0, "opponent": "shake"}, seed=14, boldness=0.2
+            ),
             "S1": Golden("attacker", {"preset": "paper", "interpretation": "S1"}, seed=4),
             "S2": Golden("attacker", {"preset": "paper", "interpretation": "S2"}, seed=5),
             "fewer platoons": Golden("attacker", {"preset": "easy", "num_platoons": [6, 10]}, seed=6),

@@ -7,6 +7,7 @@ import numpy as np
 from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import BoolArray, IntArray
 from cps_envs.disbanding.controllers import has_begun
+from cps_envs.disbanding.drivers import begin_jolt
 from cps_envs.disbanding.radio import take_record
 from cps_envs.disbanding.state import Constants, State
 
@@ -16,18 +17,14 @@ EARLIEST_S = 1.0  # constraint of (2.9): t_d >= 1
 @inlined
 def opens_s(episode: State, c: Constants) -> float:
     """From when on (s) the next attack is legal, as far as time goes."""
-    opening = max(EARLIEST_S, episode.opening_s[0])
-    for platoon in range(episode.disbanding_s.size):
-        if episode.disbanding_s[platoon] < np.inf:
-            opening = max(opening, episode.disbanding_s[platoon] + c.attack_pause_s)
-    return float(opening)
+    return float(max(EARLIEST_S, episode.opening_s[0], episode.attacked_s[0] + c.attack_pause_s))
 
 
 @inlined
 def mark_legal(episode: State, c: Constants, budget: int, steps_per_decision: int, legal: BoolArray) -> None:
     """Fill `legal` (N + 1,), or (2 N,) with jams: waiting (0) always, the rest for platoons i (1 = rear) that exist.
 
-    Action i disbands an intact platoon that the budget covers; N + i moves the jam to the link ahead of platoon i,
+    Action i attacks an intact platoon that the budget covers; N + i moves the jam to the link ahead of platoon i,
     while there is time of jamming left. Decisions are due every `steps_per_decision` integration steps.
     """
     step, platoons = episode.step[0], c.num_vehicles // c.vehicles_per_platoon
@@ -45,9 +42,9 @@ def mark_legal(episode: State, c: Constants, budget: int, steps_per_decision: in
 
 @inlined
 def disband(episode: State, c: Constants, target: int, budget: IntArray, legal: BoolArray) -> None:
-    """Do what action `target` says where that is legal; else it means waiting. A platoon is charged to `budget` (1,).
+    """Do what action `target` says where that is legal; else it means waiting. An attack is charged to `budget` (1,).
 
-    A jam stays on until it is moved or its time is spent.
+    It disbands a platoon at once, or jolts its attacked vehicle. A jam stays on until it is moved or its time is spent.
     """
     if target > 0 and legal[target]:
         platoons, most = c.num_vehicles // c.vehicles_per_platoon, episode.disbanding_s.size
@@ -55,6 +52,10 @@ def disband(episode: State, c: Constants, target: int, budget: IntArray, legal: 
             episode.jam_place[0] = platoons - (target - most) - 1
         else:
             time_s, last = episode.step[0] * c.dt_s, (platoons - target + 1) * c.vehicles_per_platoon - 1
-            episode.disbanding_s[platoons - target] = time_s
-            take_record(episode, last, last, time_s)
+            if c.jolt_mps2 > 0.0:
+                begin_jolt(episode, c, platoons - target, time_s)
+            else:
+                episode.disbanding_s[platoons - target] = time_s
+                take_record(episode, last, last, time_s)
+            episode.attacked_s[0] = time_s
             budget[0] -= 1

@@ -37,6 +37,14 @@ class Circumstances(NamedTuple):
     last_member: int
     quiet_share: float
     member_delay_s: float
+    least_braking_limit_mps2: float
+    most_braking_limit_mps2: float
+    least_jerk_limit_mps3: float
+    most_jerk_limit_mps3: float
+    least_gap_limit_m: float
+    most_gap_limit_m: float
+    least_reaction_s: float
+    most_reaction_s: float
     braking_share: float
     dt_s: float
     relayed: bool
@@ -48,7 +56,10 @@ def circumstances_of(config: DisbandingConfig) -> Array:
     whole = (config.earliest_attack_s, config.jam_budget_s)
     reals = (config.hop_delay_s, config.hop_loss, config.braking_s, config.braking_mps2)
     values: list[Any] = [end for value in (*whole, *reals, config.attacked_member) for end in bounds(value)]
-    values += (config.quiet_share, config.member_delay_s, config.braking_share)
+    values += (config.quiet_share, config.member_delay_s)
+    limits = (config.alarming_braking_mps2, config.alarming_jerk_mps3, config.alarming_gap_m, config.reaction_s)
+    values += [end for value in limits for end in bounds(value)]
+    values += [config.braking_share]
     values += (config.dynamics.dt_s, config.is_relayed, config.correction_noise_mps2 > 0)
     return pack(Circumstances(*values))
 
@@ -78,6 +89,10 @@ def draw_circumstances(
                 alert_members(episode, own, c, stream)
             if c.braking_share > 0.0:
                 let_brake(episode, c, stream)
+            if episode.jolted_until_s.size > 0:
+                episode.attacked_member[0] = whole(stream, c.first_member, c.last_member + 1)
+            if episode.reaction_s.size > 0:
+                draw_drivers(episode, c, stream)
             if c.relayed or c.noisy:
                 for i in range(episode.chance.size):
                     episode.chance[i] = draw_word(stream)
@@ -97,6 +112,19 @@ def alert_members(episode: State, own: Record, c: Circumstances, stream: Array) 
     for q in range(episode.takeover_delay_s.size):
         hops = abs(q % own.vehicles_per_platoon + 1 - attacked)
         episode.takeover_delay_s[q] += c.member_delay_s * hops
+
+
+@inlined
+def draw_drivers(episode: State, c: Circumstances, stream: Array) -> None:
+    """Draw what alarms each driver, and how long it takes them to take over; a limit of 0 alarms nobody."""
+    for q in range(episode.reaction_s.size):
+        braking = between(stream, c.least_braking_limit_mps2, c.most_braking_limit_mps2)
+        episode.alarming_braking_mps2[q] = braking if braking > 0.0 else np.inf
+        jerk = between(stream, c.least_jerk_limit_mps3, c.most_jerk_limit_mps3)
+        episode.alarming_jerk_mps3[q] = jerk if jerk > 0.0 else np.inf
+        gap = between(stream, c.least_gap_limit_m, c.most_gap_limit_m)
+        episode.alarming_gap_m[q] = gap if gap > 0.0 else -np.inf
+        episode.reaction_s[q] = between(stream, c.least_reaction_s, c.most_reaction_s)
 
 
 @inlined

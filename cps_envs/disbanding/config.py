@@ -137,6 +137,19 @@ class DisbandingConfig:
     full_correction_mps2: float = quantity(
         0.0, unit="m/s2", low=0, high=10, source="chosen: the rule grows up to it; 0: it jumps in at 0.05 m/s2"
     )
+    attack: str = quantity("message", choices=("message", "jolt"), source="2.1.2: an alarm, or irregular motion")
+    jolt_mps2: float = quantity(2.0, unit="m/s2", low=0.1, high=20, source="chosen: how hard a jolted vehicle brakes")
+    jolt_s: float = quantity(1.0, unit="s", low=0.1, high=10, source="chosen: for how long")
+    alarming_braking_mps2: Range = quantity(
+        0.0, unit="m/s2", low=0, high=20, source="1.5: drivers take over beyond it; 0: none does", ranged=True
+    )
+    alarming_jerk_mps3: Range = quantity(
+        0.0, unit="m/s3", low=0, high=1000, source="1.5: drivers take over beyond it; 0: none does", ranged=True
+    )
+    alarming_gap_m: Range = quantity(
+        0.0, unit="m", low=0, high=20, source="1.5: drivers take over below it; 0: none does", ranged=True
+    )
+    reaction_s: Range = quantity(0.0, unit="s", low=0, high=10, source="chosen: per driver, until then", ranged=True)
     report: str = quantity(
         "chapter", choices=("chapter", "safety", "full"), source="chosen: metrics of chapter 2, or more"
     )
@@ -159,11 +172,12 @@ class DisbandingConfig:
                     f"{name} = {getattr(self, name)}: the integration step {dt_s} s must divide the control period, "
                     "the control period 1 s, and 1 s the duration. Choose for example control_period_s=0.1."
                 )
-        if bounds(self.attack_budget)[1] > bounds(self.num_platoons)[0]:
+        if self.attack == "message" and bounds(self.attack_budget)[1] > bounds(self.num_platoons)[0]:
             raise ConfigurationError(
                 f"attack_budget = {self.attack_budget} exceeds the number of platoons, num_platoons = "
                 f"{self.num_platoons}: a platoon can be disbanded only once."
             )
+        self._check_drivers()
         if dt_s > bounds(self.tau_s)[0] and not self.dynamics.exact_integration:
             raise ConfigurationError(
                 f"tau_s = {self.tau_s} is shorter than the integration step {dt_s} s of {self.interpretation}, which "
@@ -185,6 +199,30 @@ class DisbandingConfig:
             raise ConfigurationError(
                 f"desired_speed_mps = {self.desired_speed_mps} exceeds max_speed_mps = {self.max_speed_mps}."
             )
+
+    def _check_drivers(self) -> None:
+        if self.attack == "jolt" and not self.watchful:
+            raise ConfigurationError(
+                'attack = "jolt" makes no driver take over, since none is alarmed by anything: give '
+                "alarming_braking_mps2, alarming_jerk_mps3 or alarming_gap_m, or take preset drivers."
+            )
+        if self.watchful and self.member_delay_s > 0:
+            raise ConfigurationError(
+                f"member_delay_s = {self.member_delay_s} lets an alert spread from the attacked vehicle, but drivers "
+                "who watch begin anywhere in a platoon: give takeover_delay_s for them."
+            )
+        closest_m = bounds(self.desired_gap_m)[0] * (1.0 - self.gap_spread)
+        if bounds(self.alarming_gap_m)[1] >= closest_m:
+            raise ConfigurationError(
+                f"alarming_gap_m = {self.alarming_gap_m}: gaps are {closest_m:g} m at the start, and drivers would "
+                "take over at once. Choose a smaller one, or a larger desired_gap_m."
+            )
+
+    @property
+    def watchful(self) -> bool:
+        """Whether some drivers take over because of what they see."""
+        limits = (self.alarming_braking_mps2, self.alarming_jerk_mps3, self.alarming_gap_m)
+        return any(bounds(limit)[1] > 0 for limit in limits)
 
     @property
     def dynamics(self) -> Interpretation:
@@ -281,4 +319,17 @@ ONE_VEHICLE = replace(
     braking_s=(0.5, 1.5),
     report="full",
 )
-PRESETS = {"paper": PAPER, "one_vehicle": ONE_VEHICLE, "easy": EASY, "learning": LEARNING}
+DRIVERS = replace(  # 1.5: passengers assume command after observing irregular motion, and nobody sends a message
+    EASY,
+    gap_spread=0.01,
+    speed_spread_mps=0.1,  # nobody takes over because of the start
+    attack="jolt",
+    attack_budget=(5, 10),
+    alarming_braking_mps2=(2.5, 4.5),
+    alarming_jerk_mps3=(30.0, 60.0),
+    alarming_gap_m=(1.0, 2.5),
+    reaction_s=(0.5, 1.5),
+    correctable="intact",
+    report="safety",
+)
+PRESETS = {"paper": PAPER, "one_vehicle": ONE_VEHICLE, "drivers": DRIVERS, "easy": EASY, "learning": LEARNING}

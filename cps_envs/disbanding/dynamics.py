@@ -22,6 +22,7 @@ from cps_envs.disbanding.controllers import (
     look_ahead,
     most_forward_disbanded,
 )
+from cps_envs.disbanding.drivers import jolt
 from cps_envs.disbanding.state import Constants, State
 
 STOP_MPS = 0.01  # a vehicle stops when it gets slower than this
@@ -241,6 +242,8 @@ def advance_episode(episode: State, c: Constants, correction: FloatArray, closin
             return
         command_by_law(episode, c, gap, closing, episode.command)
         correct_commands(episode, c, correction)
+        if episode.jolted_until_s.size > 0:
+            jolt(episode, c)
         avoid_collisions(episode, c, gap)
         integrate(episode, c)
         account(episode, c)

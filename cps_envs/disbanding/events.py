@@ -6,6 +6,7 @@ from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.compute.streams import uniform
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.drivers import watch_motion
 from cps_envs.disbanding.dynamics import advance_episode, has_ended
 from cps_envs.disbanding.radio import pass_on, wear_jam
 from cps_envs.disbanding.ride import note_ride
@@ -15,7 +16,8 @@ from cps_envs.disbanding.state import Constants, State
 
 def is_eventful(config: DisbandingConfig) -> bool:
     """Whether anything happens between the integration steps under a configuration."""
-    return config.is_relayed or config.can_jam or config.correction_noise_mps2 > 0 or config.report != "chapter"
+    drawn = config.is_relayed or config.can_jam or config.correction_noise_mps2 > 0
+    return drawn or config.watchful or config.report != "chapter"
 
 
 @inlined
@@ -32,6 +34,8 @@ def advance_eventfully(
         if step % c.period_steps == 0:
             note_gaps(episode, c)
             note_false_alarms(episode, c, correction)
+            if episode.reaction_s.size > 0:
+                watch_motion(episode, c)
         if c.ride_steps > 0 and step % c.ride_steps == 0:
             note_ride(episode, c)
         advance_episode(episode, c, correction, closing, 1)

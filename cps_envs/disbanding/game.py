@@ -19,6 +19,7 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observat
 from cps_envs.disbanding.adapters import Follow, FollowRoad, Vehicle
 from cps_envs.disbanding.circumstances import circumstances_of, draw_circumstances
 from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.controllers import TIME_TOLERANCE
 from cps_envs.disbanding.events import is_eventful
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
@@ -39,6 +40,7 @@ class DisbandingGame(Game):
     """A game step is a control period; the attacker decides at whole seconds from 1 s on, the defender every period.
 
     Attacker: Discrete(N + 1), 0 = wait, i = disband the paper's platoon i (1 = rear). Illegal choices mean waiting.
+    With `attack="jolt"` i makes the platoon's attacked vehicle brake for a moment; drivers whom that alarms take over.
     With a budget of jamming: Discrete(2 N), N + i = block the radio link ahead of platoon i from now on, i < N.
     Defender: Box (M,) front to rear, or (N,) with row i - 1 for platoon i. Times u_max - u_min it is the correction of
     the commanded acceleration, held for the period. Vehicles that are not mitigable ignore it.
@@ -87,7 +89,8 @@ class DisbandingGame(Game):
 
     def _allocate(self) -> None:
         config, envs = self.config, self.num_envs
-        self.state: State = allocate(envs, config.max_platoons, config.vehicles_per_platoon, differ=config.differ)
+        kept = {"differ": config.differ, "jolts": config.attack == "jolt", "watchful": config.watchful}
+        self.state: State = allocate(envs, config.max_platoons, config.vehicles_per_platoon, **kept)
         self.constants = records(Constants, envs)
         self.constants[:] = pack(nominal_constants(config))
         self.budget: IntArray = np.zeros(envs, np.int64)
@@ -199,13 +202,22 @@ class DisbandingGame(Game):
             collided=state.collided[b, present].copy(),
             metrics=self.episode_metrics(b),
             warned=np.isfinite(state.record_s[b, present]) if self.config.is_relayed else None,
+            jolted=self._jolted(b),
             jammed_after=int((state.jam_place[b] + 1) * self.config.vehicles_per_platoon - 1),
         )
+
+    def _jolted(self, b: int) -> tuple[tuple[int, int], ...]:
+        """Platoon (1 = rear) and vehicle (1 = leader) of each vehicle of an episode that brakes by a false reading."""
+        state, size = self.state, self.config.vehicles_per_platoon
+        time_s = state.step[b] * self.constants["dt_s"][b]
+        found = np.flatnonzero(state.jolted_until_s[b] > time_s + TIME_TOLERANCE).tolist()
+        platoons = self.num_present_platoons(b)
+        return tuple((platoons - q // size, q % size + 1) for q in found if state.disbanding_s[b, q // size] > time_s)
 
     def columns(self, role: Role) -> tuple[ActionColumn, ...]:
         """The attack as a number, or corrections in m/s2."""
         if role == "attacker":
-            return numbered(["attack"], "-", "0 waits, i disbands platoon i (1 = rear), N + i jams ahead of it")
+            return numbered(["attack"], "-", "0 waits, i attacks platoon i (1 = rear), N + i jams ahead of it")
         count, which = self.action_space[role].shape[0], self.config.defense_action  # type: ignore[index]
         meaning = f"of each {which}, {'front to rear' if which == 'vehicle' else 'rear to front'}"
         return numbered(counted("correction_mps2", count), "m/s2", meaning, self.max_correction_mps2)

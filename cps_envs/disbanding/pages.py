@@ -34,6 +34,11 @@ can be disbanded once, from 1 s on, while the budget lasts. Any other choice mea
 `action_masks()` tell what is legal. With a budget of jamming, as in preset `learning`, the space is `Discrete(2 N)`.
 Action N + i then blocks the radio link ahead of platoon i.
 
+With `attack="jolt"`, as in preset `drivers`, nobody is disbanded by a message. i then makes one vehicle of platoon i
+brake by `jolt_mps2` for `jolt_s`, and each jolt counts against the budget. Drivers take over who are alarmed: by own
+braking beyond `alarming_braking_mps2`, a jerk beyond `alarming_jerk_mps3`, or a gap below `alarming_gap_m`. Each driver
+has limits of their own, and takes over after `reaction_s`. With the first of its drivers a platoon is disbanded.
+
 Learners of preset `learning` meet adapter `timed` instead: when to strike, whom, and whether to jam. A step lasts
 until that is done and something can be chosen again, at most 30 s: so an episode has few decisions, and most count.
 
@@ -57,8 +62,8 @@ perturb it.
 Terminated after 180 s; with `on_collision="end"` also at the first collision of an intact vehicle.
 
 ## Arguments
-`preset` ("paper", "one_vehicle", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy),
-`render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`preset` ("paper", "one_vehicle", "drivers", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or
+policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.disbanding.config.DisbandingConfig`:
 
 {parameter_table}
@@ -111,6 +116,8 @@ five parts at level 2 score 88.8 ± 3.2 on split dev of the challenge, and the t
 
 {observation_table}
 
+In preset `drivers` no message tells of an attack. What the broadcast says begins when a driver has taken over.
+
 The table is of preset `paper`. In `learning` the warning travels from vehicle to vehicle, so `disbanded` is not
 observed. A vehicle's record is what it has heard of the nearest disbanded vehicle. `warned` tells whether there is a
 record, and `record_age_s` how old it is. `ahead_*` shows the record of each vehicle q >= n. All vehicles also send
@@ -130,8 +137,8 @@ Terminated after 180 s; with `on_collision="end"` also at the first collision of
 rest of the episode is then charged at 100 %.
 
 ## Arguments
-`preset` ("paper", "one_vehicle", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or policy),
-`render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`preset` ("paper", "one_vehicle", "drivers", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or
+policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.disbanding.config.DisbandingConfig`:
 
 {parameter_table}

@@ -22,6 +22,7 @@ RANDOM = written("random", front_bias=0.0)
 OPPONENTS: Mapping[str, Mapping[Role, Panel]] = {  # who plays a role that nobody else plays
     "paper": {"attacker": panel(["lead"]), "defender": panel(["none"])},
     "one_vehicle": {"attacker": panel(["lead"]), "defender": panel(["none"])},
+    "drivers": {"attacker": panel(["shake"]), "defender": panel(["none"])},
     "easy": {"attacker": panel(["random"]), "defender": panel(["none"])},
     "learning": {
         "attacker": panel(["none", "spread", "random", "timed?jam=1", "timed?jam=2", "timed?jam=3"]),

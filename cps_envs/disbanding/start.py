@@ -56,6 +56,7 @@ def nominal_constants(config: DisbandingConfig) -> Constants:
     known["noise_width_mps2"] = math.sqrt(3.0) * config.correction_noise_mps2  # uniform, of that deviation
     known["noise_steps"] = config.periods_per_second * config.steps_per_period  # 1 s, chosen
     known["period_steps"] = config.steps_per_period
+    known["jolt_mps2"] = config.jolt_mps2 if config.attack == "jolt" else 0.0
     known["ride_steps"] = whole_steps(RIDE_S, config.dynamics.dt_s) if config.report == "full" else 0
     return Constants(**{name: known[name] for name in Constants._fields})
 
@@ -226,6 +227,11 @@ def clear(episode: State) -> None:
 def clear_elements(episode: State) -> None:
     """What `clear` does to the elements that `circumstances` draws and `radio` moves."""
     episode.opening_s[0] = episode.false_alarms[0] = 0.0
+    episode.attacked_s[0], episode.attacked_member[0] = -np.inf, 1
+    for drivers in (episode.jolted_until_s, episode.reaction_s, episode.felt_mps2):
+        fill(drivers, 0.0)
+    for limits in (episode.alarming_braking_mps2, episode.alarming_jerk_mps3, episode.alarming_gap_m):
+        fill(limits, 0.0)
     episode.jam_place[0], episode.jam_steps[0] = -1, 0
     episode.smallest_gap[0] = np.inf
     episode.noted[0] = 0

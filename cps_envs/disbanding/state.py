@@ -57,6 +57,14 @@ class State(NamedTuple):
     tau_s: FloatArray  # (B, M) actuation lag of each vehicle; (B, 0) where all have that of `Constants`
     proportional_gain: FloatArray  # (B, M) 1/s2, likewise
     derivative_gain: FloatArray  # (B, M) 1/s, likewise
+    attacked_s: FloatArray  # (B,) s, when the attacker last attacked; -inf before
+    attacked_member: IntArray  # (B,) which vehicle of a platoon it jolts, 1 = the leader
+    jolted_until_s: FloatArray  # (B, M) s, a false reading makes the vehicle brake; (B, 0) where nobody is jolted
+    alarming_braking_mps2: FloatArray  # (B, M) at which each driver takes over; (B, 0) where no driver watches
+    alarming_jerk_mps3: FloatArray  # (B, M) likewise
+    alarming_gap_m: FloatArray  # (B, M) likewise, below it
+    reaction_s: FloatArray  # (B, M) s, from the alarm to taking over
+    felt_mps2: FloatArray  # (B, M) m/s2, the acceleration when the driver last looked
     chance: Array  # (B, 4) uint64, the stream of what is drawn on the way, see `core.compute.streams`
 
 
@@ -94,12 +102,25 @@ class Constants(NamedTuple):
     noise_steps: int  # integration steps for which an actuator's noise holds
     period_steps: int  # integration steps in a control period
     ride_steps: int  # integration steps between two notes of the ride; 0 where it is not noted
+    jolt_mps2: float  # how hard a jolted vehicle brakes; 0 where the attacker disbands platoons by a message
+    jolt_s: float  # and for how long
 
 
-def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int, *, differ: bool = False) -> State:
-    """A state with every array zero; `start.place` fills the episodes. Vehicles may `differ`, in lag and gains."""
+def allocate(
+    num_envs: int,
+    num_platoons: int,
+    vehicles_per_platoon: int,
+    *,
+    differ: bool = False,
+    jolts: bool = False,
+    watchful: bool = False,
+) -> State:
+    """A state with every array zero; `start.place` fills the episodes.
+
+    Vehicles may `differ`, in lag and gains, the attacker may have `jolts`, and drivers may be `watchful`.
+    """
     envs, vehicles = num_envs, num_platoons * vehicles_per_platoon
-    own = (envs, vehicles if differ else 0)
+    own, jolted, driver = ((envs, vehicles if there else 0) for there in (differ, jolts, watchful))
     return State(
         step=np.zeros(envs, np.int64),
         position=np.zeros((envs, vehicles)),
@@ -142,5 +163,13 @@ def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int, *, dif
         tau_s=np.zeros(own),
         proportional_gain=np.zeros(own),
         derivative_gain=np.zeros(own),
+        attacked_s=np.full(envs, -np.inf),
+        attacked_member=np.ones(envs, np.int64),
+        jolted_until_s=np.zeros(jolted),
+        alarming_braking_mps2=np.zeros(driver),
+        alarming_jerk_mps3=np.zeros(driver),
+        alarming_gap_m=np.zeros(driver),
+        reaction_s=np.zeros(driver),
+        felt_mps2=np.zeros(driver),
         chance=np.zeros((envs, 4), np.uint64),
     )

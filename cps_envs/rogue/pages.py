@@ -27,13 +27,16 @@ accelerate and brake. The others keep the platoon, detect the attack, and follow
 engine may be stronger than theirs (`power_ratio`). Vehicles are numbered 1 (rear) to n (leader).
 
 In preset `learning` there are 4 to 8 vehicles, and any but the leader may be seized. The defender is not told which.
-A quarter of the episodes has no attack: then the action has no effect.
+A quarter of the episodes has no attack: then the action has no effect. `attacker_index` up to `num_vehicles` lets the
+leader be seized, too. `attacker_indices=(2, 4)` has several vehicles attack together, by one attacker who decides for
+each of them.
 
 ## Threat Model
 {threats}
 ## Action Space
-`Box(-1, 1, (1,), float32)` every 0.1 s (`attack_hold_s`): the effort of the engine, held until the next action. -1 is
-full braking, F-, and 1 full driving, F+. 0 keeps the present speed, and values between are interpolated linearly.
+`Box(-1, 1, (k,), float32)` for k seized vehicles, usually one, every 0.1 s (`attack_hold_s`): the effort of the
+engine, held until the next action. -1 is full braking, F-, and 1 full driving, F+. 0 keeps the present speed, and
+values between are interpolated linearly.
 `cps_envs.rogue.actions.action_of_effort` gives the action of an effort. Before `onset_s` the action has no effect:
 the vehicle drives by the sliding mode, or with `orders="all"` as the defender orders. Nobody drives in reverse.
 

@@ -60,9 +60,9 @@ def test_an_episode_begins_with_nothing_counted_whatever_was_before() -> None:
         values[:] = 7
     place(game.state, game.constants, undisturbed(game.constants, 6), np.array([True, False]))
     first = {name: values[0] for name, values in game.state._asdict().items() if name != "chance"}
-    for name in ("disbanding_s", "previous_gap", "record_s", "smallest_gap"):
+    for name in ("disbanding_s", "previous_gap", "record_s", "smallest_gap", "attacked_s"):
         assert np.isinf(first.pop(name)).all(), name
-    assert (first.pop("first_collision_s"), first.pop("jam_place")) == (-1, -1)
+    assert (first.pop("first_collision_s"), first.pop("jam_place"), first.pop("attacked_member")) == (-1, -1, 1)
     assert first.pop("moving").all()
     np.testing.assert_allclose(first.pop("position"), [0, -5, -10, -56.5, -61.5, -66.5])
     assert (first.pop("speed") == 31).all()

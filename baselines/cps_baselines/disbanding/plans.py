@@ -133,7 +133,7 @@ class Spread(PlannedAttack):
     def planned(self, state: tuple[Array, ...], seen: Seen) -> FloatArray:
         """The plans (B, N) of the budgets that the episodes began with."""
         budgets = np.rint(seen["budget_left"] + seen["disbanded"].sum(axis=1)).astype(int)
-        plans: FloatArray = self.times[budgets]
+        plans: FloatArray = self.times[np.minimum(budgets, len(self.times) - 1)]  # jolts disband more than they cost
         return plans
 
 

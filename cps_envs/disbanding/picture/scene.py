@@ -23,6 +23,7 @@ class Scene:
     collided: BoolArray  # (M,)
     metrics: dict[str, float]
     warned: BoolArray | None = None  # (M,) whom the warning has reached; None where a broadcast tells everybody
+    jolted: tuple[tuple[int, int], ...] = ()  # platoon from the rear and vehicle from its leader, 1 first, that brake
     jammed_after: int = -1  # the last vehicle ahead of a blocked radio link; -1 if none is
 
     @property

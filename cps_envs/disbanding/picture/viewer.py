@@ -39,7 +39,7 @@ def frame_of(scene: Scene, caption_y: float) -> Frame:
     config, metrics, begun = scene.config, scene.metrics, scene.disbanding_s[np.isfinite(scene.disbanding_s)]
     return Frame(
         title="Platoon disbanding",
-        subtitle=f"{len(scene.disbanding_s)} platoons of {config.vehicles_per_platoon} vehicles",
+        subtitle=subtitle(scene),
         time=(f"{scene.time_s:.1f} s", f"{config.duration_s:g} s"),
         progress=scene.time_s / config.duration_s,
         events=[Event(time_s / config.duration_s, DISBANDED) for time_s in begun.tolist()],
@@ -56,6 +56,15 @@ def frame_of(scene: Scene, caption_y: float) -> Frame:
         legend=LEGEND,
         caption_y=caption_y,
     )
+
+
+def subtitle(scene: Scene) -> str:
+    """How many vehicles there are, and which the attacker jolts now."""
+    road = f"{len(scene.disbanding_s)} platoons of {scene.config.vehicles_per_platoon} vehicles"
+    if scene.config.attack != "jolt":
+        return road
+    jolted = ", ".join(f"vehicle {vehicle} of platoon {platoon}" for platoon, vehicle in scene.jolted)
+    return f"{road}; drivers take over when their ride alarms them; the attacker jolts {jolted or 'nobody'}"
 
 
 def scale(max_speed_mps: float) -> Scale:

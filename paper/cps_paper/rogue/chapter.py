@@ -43,6 +43,7 @@ from cps_paper.rogue.heat_map import (
 from cps_paper.rogue.maps import every_seat, maps_data, maps_tables, seats_data, seats_table
 from cps_paper.rogue.rides import circles_table, courses_table, sways_table
 from cps_paper.rogue.summary import closing, has_maps
+from cps_paper.rogue.together import together_experiments, together_table
 from cps_paper.rogue.worlds import SPREAD
 from cps_paper.verdicts import Check
 
@@ -157,6 +158,13 @@ EXHIBITS: tuple[Exhibit[RogueEvidence], ...] = (
         lambda seen: _seats(),
         lambda seen: [seats_table(seen)],
         seats_data,
+        quick=False,
+    ),
+    Exhibit(
+        "together",
+        "two attackers in one platoon beside one of twice the power",
+        lambda seen: together_experiments(),
+        lambda seen: [together_table(seen)],
         quick=False,
     ),
     JUDGED.exhibit,

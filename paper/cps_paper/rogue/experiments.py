@@ -65,6 +65,7 @@ class Waves(Attacked):
     """Several square waves against a defender, all at once."""
 
     waves: tuple[Wave, ...] = ()
+    shift: float = 0.0  # of several attackers, see `SquareWave`
 
     @property
     def cost(self) -> float:
@@ -79,7 +80,7 @@ class Waves(Attacked):
     def run(self) -> FloatArray:
         """The damages (F,)."""
         frequencies_hz, duties = np.array(self.waves).T
-        attacker = SquareWave(ROGUE.game(self.config, 1).spec("attacker"), frequencies_hz, duties)
+        attacker = SquareWave(ROGUE.game(self.config, 1).spec("attacker"), frequencies_hz, duties, self.shift)
         players: dict[Role, PolicyReference] = {"attacker": attacker, "defender": self.defender}
         return np.asarray(play_episodes(ROGUE, self.config, players, [self.seed] * len(self.waves))["damage"])
 
