@@ -103,7 +103,7 @@ COLUMNS = (
 )
 NOTES = (
     f"Contact solid, {LEARNING_S:g} s, m/s: best of {len(FREQUENCIES_HZ)} frequencies x {len(DUTIES)} duties. One "
-    f"vehicle takes the best of the seats {', '.join(map(str, SEATS))} of five; two sit in {TEAM[0]} and {TEAM[1]}, the "
-    f"front one the best of {len(SHIFTS)} shifts later.",
+    f"vehicle takes the best of the seats {', '.join(map(str, SEATS))} of five; two sit in {TEAM[0]} and {TEAM[1]}, "
+    f"the front one the best of {len(SHIFTS)} shifts later.",
     "Lower bounds: square waves are the paper's attacker, and no search in closed loop stands behind them.",
 )
