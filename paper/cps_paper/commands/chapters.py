@@ -131,8 +131,8 @@ COMMANDS = (
         selected it is. The exit code is 1 when our own damages left the reference values of the specification, which
         means that the simulation has changed.
         """,
-        "Leave out seats, fit and headroom, unless they are named.",
-        parts="5.2, 5.3, 5.4, 5.5, maps, seats, claims, fit or headroom; may be repeated.",
+        "Leave out seats, together, fit and headroom, unless they are named.",
+        parts="5.2, 5.3, 5.4, 5.5, maps, seats, together, claims, fit or headroom; may be repeated.",
         part_option="part",
         recheck="Judge the claims again at half the step and in 20 worlds: 23 times the work.",
     ),

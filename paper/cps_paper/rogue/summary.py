@@ -12,7 +12,7 @@ from cps_paper.rogue.headroom import GENERAL_RIDE, HeadRoom, head_rooms
 from cps_paper.rogue.heat_map import DISBANDING, MAPS
 from cps_paper.verdicts import NO_SUPPORT, Check, failures
 
-LONG = ("seats", "fit", "headroom")  # left out by --quick
+LONG = ("seats", "together", "fit", "headroom")  # left out by --quick
 SELECTED = (
     "How selected this configuration is. The text leaves out the detector's form, the strongest braking effort F-, the "
     "axes of the maps, their duration, n_1 to n_3, the interval of the growth, the human model and what counts as "
