@@ -14,7 +14,7 @@ from torch import Tensor, nn
 from cps_agents import save_network
 
 STEPS, EPOCHS, BATCHES, RATE, GAMMA, LAMBDA, ENTROPY = 64, 10, 4, 2e-3, 0.99, 0.95, 0.003
-MOST_KL, FALLS = 0.01, 0.3  # beyond which an update ends; share of the time at the end in which the rate falls
+MOST_KL, PART, FALLS = 0.01, 1 / 30, 0.3  # an update ends there; shares of the time: most of a rollout, rate falls
 FIRST_SEED = 2_000_000  # lower ones are for evaluation and validation
 
 
@@ -35,7 +35,7 @@ def train(role: str, cpu_seconds: float, seed: int, **options: Any) -> tuple[Any
     chosen = {"num_envs": page.num_envs, **page.practised, "autoreset": "same_step", "per_agent": True, **options}
     envs: Any = gymnasium.make_vec(name, **chosen)
     choices = np.ravel(getattr(envs.single_action_space, "nvec", getattr(envs.single_action_space, "n", 0))).tolist()
-    size, steps = envs.single_observation_space.shape[0], min(STEPS, max(envs.decisions, 6))
+    size, steps = envs.single_observation_space.shape[0], min(STEPS, envs.decisions)
     actor, critic = network(size, sum(choices), 0.01), network(size, 1, 1.0)
     optimizer = torch.optim.Adam(parameters := [*actor.parameters(), *critic.parameters()], eps=1e-5)
 
@@ -49,7 +49,7 @@ def train(role: str, cpu_seconds: float, seed: int, **options: Any) -> tuple[Any
     begun, total, discounted, variance, finished = time.process_time(), *np.zeros((2, envs.num_envs)), 1.0, []
     while (spent := time.process_time() - begun) < cpu_seconds:
         played: list[tuple[Tensor, ...]] = []
-        for _ in range(steps):
+        while len(played) < steps and time.process_time() - begun <= spent + PART * cpu_seconds:
             with torch.no_grad():
                 parts = policy(row)
                 action = torch.cat([part.exp().multinomial(1) for part in parts], 1)
@@ -65,7 +65,7 @@ def train(role: str, cpu_seconds: float, seed: int, **options: Any) -> tuple[Any
         with torch.no_grad():
             values = critic(torch.cat([rows, row[None]]))[..., 0]
         advantages, ahead = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
-        for t in reversed(range(steps)):
+        for t in reversed(range(len(played))):
             advantages[t] = ahead = rewards[t] - values[t] + GAMMA * (values[t + 1] + LAMBDA * ahead) * ~ended[t]
         targets = (advantages + values[:-1]).flatten()
         rows, actions, chances, advantages = (part.flatten(0, 1) for part in (rows, actions, chances, advantages))
