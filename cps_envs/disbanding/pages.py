@@ -40,7 +40,7 @@ braking beyond `alarming_braking_mps2`, a jerk beyond `alarming_jerk_mps3`, or a
 has limits of their own, and takes over after `reaction_s`. With the first of its drivers a platoon is disbanded.
 
 Learners of preset `learning` meet adapter `timed` instead: when to strike, whom, and whether to jam. A step lasts
-until that is done and something can be chosen again, at most 30 s: so an episode has few decisions, and most count.
+until that is done and something can be chosen again, at most 60 s: so an episode has few decisions, and most count.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["attacker"].decode(observation)` gives units back.

@@ -46,7 +46,7 @@ DISBANDING = Problem(
     training={
         "attacker": Training(
             adapter="timed",
-            frame_skip=30,
+            frame_skip=60,
             opponent=mixed(TRAINING["defender"]),
             num_envs=64,
             total_timesteps=40_000,

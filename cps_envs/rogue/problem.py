@@ -61,6 +61,7 @@ ROGUE = Problem(
             opponent=mixed(TRAINING["attacker"]),
             frame_skip=12,
             shared_pay=True,  # who asks is not who is hit
+            num_envs=128,
             ppo={"n_steps": 50, "batch_size": 256, "n_epochs": 8, "learning_rate": 1e-3, "ent_coef": 0.003},
         ),
     },
