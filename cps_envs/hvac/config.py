@@ -118,12 +118,12 @@ def _check_sets(config: Parameters) -> None:
         proper = 0 < len(chosen) == len(set(chosen)) and max(chosen) <= sensors
         _require(proper, f"sensor_sets has the set {chosen}, which cannot be; {remedy}")
     _require(len(set(sets)) == len(sets), f"sensor_sets = {config.sensor_sets} has a set twice; {remedy}")
-    _require(1 <= len(sets) <= MAX_SETS, _too_many(len(sets)))
+    _require(min(2, sensors) <= len(sets) <= MAX_SETS, _too_many(len(sets)))
 
 
 def _too_many(count: int) -> str:
     return (
-        f"there are {count} sensor sets; name 1 to {MAX_SETS} of them in sensor_sets, with a 0 between two sets, or "
+        f"there are {count} sensor sets; name 2 to {MAX_SETS} of them in sensor_sets, with a 0 between two sets, or "
         "give the sensors of a set in set_size, which makes one set per sensor."
     )
 

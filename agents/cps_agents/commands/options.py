@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -12,7 +14,7 @@ import typer
 from cps_agents.console import assignments, note
 from cps_agents.errors import CommandError
 from cps_agents.files import check_writable
-from cps_envs.core.declare.foreign import tell
+from cps_envs.core.declare.foreign import ForeignSettingWarning
 from cps_envs.core.game.configuration_file import ARGUMENT, with_file
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import ROLES, Role
@@ -113,7 +115,9 @@ def described(
         ValueError: a change is not written as FIELD=VALUE.
     """
     chosen, values = with_file(problem, preset, {**assignments(changes or []), ARGUMENT: config})
-    tell(problem.foreign_to(problem.config(chosen, values)))
+    for sentence in problem.foreign_to(problem.config(chosen, values)):
+        note(f"Note: {sentence}.")
+        warnings.filterwarnings("ignore", re.escape(sentence), ForeignSettingWarning)  # once is enough
     return chosen, values
 
 
