@@ -33,7 +33,7 @@ TARGETS = {  # modules, and the tests that have to notice a mistake in them; oth
         "tests/core/learning/test_{by_value,setting}.py tests/core/learning/test_scaling.py -k 'not ships'"
     ),
     "cps_envs/core/interfaces/learning_env.py": "tests/core/learning/test_{by_value,learning_env}.py "
-    "-k 'not short_names'",
+    "tests/core/interfaces/test_turns.py -k 'not short_names'",
     "cps_envs/core/interfaces/agents_batch.py": "tests/core/interfaces/test_agents_batch.py "
     "tests/core/learning/test_by_value.py -k 'not scale'",
     "cps_envs/core/interfaces/configured.py": "tests/core/interfaces/test_configure.py -k 'not problems and not liars'",
