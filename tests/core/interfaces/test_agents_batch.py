@@ -132,3 +132,17 @@ def test_adapters_are_named_by_role() -> None:
     assert env.possible_agents == ["attacker_0", "defender_0"]
     with pytest.raises(ConfigurationError, match="adapters names 'guard', which is no role"):
         RolesParallelEnv(LEARNED, adapters={"guard": "axis"})  # type: ignore[dict-item]
+
+
+def test_who_decides_now_changes_nothing_of_episodes_in_which_nobody_does() -> None:
+    batch, alone = RolesVectorEnv(LEARNED, 2, autoreset="disabled", **QUIET), RolesParallelEnv(LEARNED, **QUIET)
+    batch.reset(seed=0)
+    alone.reset(seed=0)
+    for step in range(6):
+        if step == 1:
+            batch.reset(options={"reset_mask": np.array([False, True])})  # out of phase from here on
+        actions = {agent: np.full_like(action, 1) for agent, action in nothing(batch).items()}
+        shown = batch.step(actions)[0]
+        expected = alone.step({agent: action[0] for agent, action in actions.items()})[0]
+        for agent, seen in expected.items():
+            np.testing.assert_array_equal(shown[agent][0], seen)
