@@ -82,8 +82,8 @@ def all_follow_the_attacker(evidence: RogueEvidence, claim: Claim) -> Finding:
 def disbanding_helps_further(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Damage with detection, and with disbanding at +2 m."""
     before, after = courses(evidence, "sliding_detection"), courses(evidence, "disband_2")
-    hold = [above(a.final_damage, b.final_damage) for a, b in zip(before, after, strict=True)]
-    return Finding.of_cases(hold, f"{_finals(before)} becomes {_finals(after)} {AT}")
+    larger, smaller = ([ride.final_damage for ride in rides] for rides in (before, after))
+    return Finding.of_comparisons(larger, smaller, f"{_finals(before)} becomes {_finals(after)} {AT}")
 
 
 @CLAIMS.judges("R07")

@@ -13,7 +13,7 @@ from cps_paper.rogue.heat_map import (
     bumper_gap_m,
     collision_frequency_hz,
 )
-from cps_paper.verdicts import above, of_number
+from cps_paper.verdicts import of_number
 
 FALL = 2.0  # the lower half of the frequencies against the upper one
 
@@ -34,7 +34,7 @@ def detection_lowers_the_maximum(evidence: RogueEvidence, claim: Claim) -> Findi
     heat_map = evidence.map("sliding_detection")
     means = f"means {heat_map.mean:.1f} against {other.mean:.1f}"
     shown = f"maximum {_against(heat_map.highest, other.highest, evidence)}; {means}"
-    return Finding.of_cases([above(other.highest, heat_map.highest)], shown)
+    return Finding.of_comparisons([other.highest], [heat_map.highest], shown)
 
 
 @CLAIMS.judges("R12")
@@ -53,7 +53,7 @@ def still_high_somewhere(evidence: RogueEvidence, claim: Claim) -> Finding:
 def disbanding_raises_the_maximum(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The maximum with early disbanding against that with detection alone."""
     ours, alone = evidence.map(MAPS[claim.figure]).highest, evidence.map("sliding_detection").highest
-    return Finding.of_cases([above(ours, alone)], f"maximum {_against(ours, alone, evidence)}")
+    return Finding.of_comparisons([ours], [alone], f"maximum {_against(ours, alone, evidence)}")
 
 
 @CLAIMS.judges("R15")
@@ -61,9 +61,8 @@ def late_disbanding_is_better(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The maximum with +7 m against those with +2 m and +4 m."""
     late = evidence.map("disband_7").highest
     early = [evidence.map(defender).highest for defender in ("disband_2", "disband_4")]
-    hold = [above(each, late) for each in early]
     shown = "; ".join(_against(late, each, evidence) for each in early)
-    return Finding.of_cases(hold, f"maximum {shown}")
+    return Finding.of_comparisons(early, [late] * len(early), f"maximum {shown}")
 
 
 @CLAIMS.judges("R16")
