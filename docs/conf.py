@@ -12,7 +12,10 @@ author = "the cps_envs contributors"
 copyright = f"2026, {author}"
 release = version_of("cps-envs")
 
-extensions = ["myst_nb", "sphinx_copybutton"]
+extensions = ["myst_nb", "sphinx_copybutton", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+default_role = "code"  # docstrings are written in Markdown, as the pages are
+autodoc_typehints = "description"
+autodoc_class_signature = "separated"
 nb_execution_mode = "cache"  # notebooks are run when they have changed
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True

@@ -80,3 +80,10 @@ def test_every_public_name_is_there_and_typed(package: str) -> None:
 def test_importing_the_packages_loads_no_kernels() -> None:
     program = f"import {', '.join(PACKAGES)}, sys; print(*(name for name in ('numba', 'torch') if name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "\n"
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_the_api_page_has_every_public_name(package: str) -> None:
+    page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    public = [name for name in import_module(package).__all__ if not name.startswith("__")]
+    assert [name for name in public if f"{package}.{name}" not in page] == []

@@ -1,7 +1,6 @@
 """The door for stable-baselines3: a batch of episodes as its `VecEnv`, in which its learners learn.
 
-envs = make("RogueAttack")
-model = PPO("MlpPolicy", envs, **envs.settings)
+`envs = make("RogueAttack")`, then `PPO("MlpPolicy", envs, **envs.settings)`.
 """
 
 from __future__ import annotations

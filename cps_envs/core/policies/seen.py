@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # fields bring the compiler of kernels along
 
 
 class Seen:
-    """The observations of B environments; `seen["speed"]` is that field in its unit, (B, *field.shape).
+    """The observations of B environments; `seen["speed"]` is that field in its unit, `(B, *field.shape)`.
 
     A field is decoded when it is first asked for, and at once for all slices of the same whole. `len(seen)` is B and
     `"speed" in seen` tells whether the field is there; one that the configuration leaves out has the shape (0,) and
