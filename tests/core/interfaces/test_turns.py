@@ -69,7 +69,9 @@ def test_ended_agents_take_no_action_and_then_a_reset_is_needed() -> None:
 
 
 @pytest.mark.parametrize(
-    "env", [turns(), RolesParallelEnv(LEARNED), RolesVectorEnv(TOY, 2), SwarmEnv(TOY, "defender")], ids=repr
+    "env",
+    [turns(), RolesParallelEnv(LEARNED), RolesVectorEnv(TOY, 2), SwarmEnv(TOY, "defender")],
+    ids=lambda env: type(env).__name__,
 )
 def test_there_are_no_other_agents(env: Any) -> None:
     env.reset(seed=0)
