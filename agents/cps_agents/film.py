@@ -266,11 +266,12 @@ def _animation(path: Path, fps: float) -> Iterator[Shoot]:
     images = require("PIL.Image", extra="render", purpose="writing a GIF")
     frames: list[Array] = []
     yield lambda frame: frames.append(frame.copy())
-    some = np.concatenate(frames[:: max(1, len(frames) // 8)]).reshape(-1, 3)
-    colours, area = np.unique(some, axis=0, return_counts=True)
+    some = np.concatenate(frames[:: max(1, len(frames) // 8)]).reshape(-1, 3).astype(np.int32)
+    numbers, area = np.unique((some[:, 0] << 16) | (some[:, 1] << 8) | some[:, 2], return_counts=True)
+    colours = np.stack([numbers >> 16, numbers >> 8 & 255, numbers & 255], axis=1).astype(np.uint8)
     flat = colours[np.argsort(-area, kind="stable")[: GIF_COLOURS // 2]]
     others = images.fromarray(colours[None]).quantize(GIF_COLOURS - len(flat), method=images.Quantize.MAXCOVERAGE)
     palette = images.new("P", (1, 1))
-    palette.putpalette(flat.astype(np.uint8).tobytes() + bytes(others.getpalette()[: 3 * (GIF_COLOURS - len(flat))]))
+    palette.putpalette(flat.tobytes() + bytes(others.getpalette()[: 3 * (GIF_COLOURS - len(flat))]))
     first, *others = [images.fromarray(frame).quantize(palette=palette, dither=images.Dither.NONE) for frame in frames]
     first.save(path, save_all=True, append_images=others, duration=1000.0 / fps, loop=0)
