@@ -18,7 +18,6 @@ from typer.main import get_command
 from cps_agents.console import err, note
 from cps_agents.errors import explain
 from cps_agents.interruption import ending, exit_code
-from cps_envs.core.declare.foreign import ForeignSettingWarning
 
 WRONG_INPUT = 2
 TRUST = "--trust"
@@ -301,5 +300,7 @@ def main() -> None:
 
 def show_warning(message: Warning | str, category: type[Warning], *place: Any, **_: Any) -> None:
     """A warning on stderr; one of ours as a note, without the place in the code that gave it."""
+    from cps_envs.core.declare.foreign import ForeignSettingWarning
+
     ours = issubclass(category, ForeignSettingWarning)
     note(f"Note: {message}." if ours else warnings.formatwarning(message, category, *place[:2]).rstrip())

@@ -68,7 +68,7 @@ def test_code_of_ones_own_that_changed_is_played_again(tmp_path: Path, monkeypat
     file, store = tmp_path / "own_policies.py", Store(tmp_path / "meetings")
     file.write_text(POLICY.format(1))
     mine = Contestant("mine", 'mixture?policies=["own_policies:Mine","none"]')
-    assert set(meeting(attacker=mine).sources) == {"module:own_policies"}
+    assert set(meeting(attacker=mine).sources) == {"module:own_policies", "module:tests"}  # which it imports from
     assert "own_policies" not in sys.modules  # looked at, and not run
     store.put(meeting(attacker=mine), {"metrics": {"return": [1.0, 2.0]}, "cpu_s": 0.0})
     assert store.get(meeting(attacker=mine)) is not None

@@ -87,7 +87,7 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
     command(f"train own_problem:own_problem/TankAttack-v0 {tiny}")
     mine, every = "zoo:runs/tank-attack/seed-0", "league own_problem:TANK --attacker all --episodes 20"
     assert "Value of the game" in command(f"{every} --attacker {mine}")
-    assert "Reused 9 of 9 meetings" in command("reproduce benchmark own_problem:TANK")
+    assert "Reused 9 of 18 meetings" in command("reproduce benchmark own_problem:TANK")
     judged = command(f"evaluate own_problem:TANK attacker --attacker {mine} --baseline own_problem:Bias --episodes 20")
     assert "Reused 2 of 2 meetings" in judged
     assert "attacker against own_problem:Doubt: return, m s" in judged

@@ -71,7 +71,10 @@ def test_an_episode_goes_into_a_lane_and_comes_back(monkeypatch: pytest.MonkeyPa
         for name, values in platoon(game.state, b, n)._asdict().items():
             np.testing.assert_array_equal(getattr(shown, name), values, err_msg=name)
         bodies = [name for name in plants._fields if getattr(plants, name).ndim == 2]
-        assert all(getattr(plants, name)[0, k] == getattr(game.state, name)[b, 0] for name in bodies)
+        strong, usual = drawn[b]["attacker_drive_mps2"], drawn[b]["drive_mps2"]
+        own = {"attacker_drive_mps2": strong * (game.state.drive_mps2[b, 0] / usual)}
+        own |= {name: getattr(game.state, name)[b, 0] for name in bodies if name not in own}
+        assert {name: getattr(plants, name)[0, k] for name in bodies} == own
         others = set(plants._fields) - {*bodies, "reference_mps2"}  # which the step looks up
         assert all(getattr(plants, name)[k] == drawn[b][name] for name in others)
     moved = lane(block, game.state, 0, 7, n)

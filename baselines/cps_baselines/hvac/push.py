@@ -95,7 +95,7 @@ class Covert(Stealthy):
     def __init__(self, spec: RoleSpec, *, share: float = 1.0, warmer: bool = True) -> None:
         super().__init__(spec, keep_noise=True, warmer=not warmer)
         if powers_of(self.config).commands_at == ABSENT:
-            raise ConfigurationError("covert hides what it adds to commands: set command_attack_w")
+            raise ConfigurationError("covert hides what it adds to commands: set command_attack_w, such as 300")
         if not 0 < share <= 1:
             raise ConfigurationError(f"share = {share}: give a share of the attacker's reach, above 0 and at most 1")
         self._commands = share if warmer else -share

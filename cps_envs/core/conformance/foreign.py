@@ -13,6 +13,7 @@ from gymnasium.utils.env_checker import check_env
 
 from cps_envs.core.conformance.recording import episode_steps
 from cps_envs.core.conformance.subject import NotApplicableError, Subject
+from cps_envs.core.declare.foreign import ForeignSettingWarning
 from cps_envs.core.interfaces.aec_env import RolesAECEnv
 
 HARMLESS = (  # attacker and defender differ by nature
@@ -65,6 +66,7 @@ def _strict(what: str) -> Iterator[None]:
         with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
             warnings.simplefilter("ignore", DeprecationWarning)
             warnings.simplefilter("error", UserWarning)
+            warnings.simplefilter("ignore", ForeignSettingWarning)  # of a configuration, not of an interface
             for message in HARMLESS:
                 warnings.filterwarnings("ignore", message)
             yield

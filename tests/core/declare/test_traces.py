@@ -207,7 +207,8 @@ def test_parquet_is_rows_and_columns(read: Any, said: str, tmp_path: Path, monke
         return read
 
     lib = SimpleNamespace(ArrowException=RuntimeError)
-    parquet = SimpleNamespace(read_table=read_table)
+    about = SimpleNamespace(num_rows=2, num_columns=3)
+    parquet = SimpleNamespace(read_table=read_table, read_metadata=lambda reader: about)
     monkeypatch.setitem(sys.modules, "pyarrow", SimpleNamespace(BufferReader=bytes, lib=lib, parquet=parquet))
     path = written(tmp_path, "PAR1", "a.parquet")
     if not said:

@@ -62,7 +62,7 @@ def test_a_copy_goes_on_with_the_picture_of_the_episode(name: str) -> None:
     pytest.importorskip("pygame")
     env: Any = gymnasium.make(find_problem(name).env_id("attacker"), render_mode="rgb_array").unwrapped
     env.reset(seed=0)
-    for _ in range(3):
+    for _ in range(2):
         env.step(env.neutral_action)
         env.render()
     shown = []
