@@ -62,7 +62,7 @@ DISBANDING = Problem(
         "defender": Training(
             adapter="parts_road",
             frame_skip=100,
-            num_envs=32,
+            num_envs=128,
             total_timesteps=20_000,
             ppo={
                 "n_steps": 18,
