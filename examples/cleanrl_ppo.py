@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from cps_agents import save_network
 
-STEPS, EPOCHS, BATCHES, RATE, GAMMA, LAMBDA, ENTROPY = 64, 10, 4, 2e-3, 0.99, 0.95, 0.003
+STEPS, EPOCHS, BATCHES, RATE, GAMMA, LAMBDA, ENTROPY = 64, 5, 4, 1e-3, 0.99, 0.95, 0.003
 MOST_KL, PART, FALLS = 0.01, 1 / 30, 0.3  # an update ends there; shares of the time: most of a rollout, rate falls
 FIRST_SEED = 2_000_000  # lower ones are for evaluation and validation
 
