@@ -78,7 +78,7 @@ def test_an_episode_goes_into_a_lane_and_comes_back(monkeypatch: pytest.MonkeyPa
         others = set(plants._fields) - {*bodies, "reference_mps2"}  # which the step looks up
         assert all(getattr(plants, name)[k] == drawn[b][name] for name in others)
     moved = lane(block, game.state, 0, 7, n)
-    still = {"growth", "alarm", "controller", "damage", "collisions", "place", *bodies}  # which are not moved
+    still = {"growth", "rogue", "alarm", "controller", "damage", "collisions", "place", *bodies}  # which are not moved
     for name in set(moved._fields) - still:
         values = getattr(moved, name)
         values[:] = ~values if values.dtype == bool else values + 5

@@ -42,7 +42,9 @@ class Push(AnalyticPolicy):
         held = {"commands": powers.commands_at, "references": powers.references_at}
         self._held = [name for name, at in held.items() if at != ABSENT]
         if not self._held:
-            raise ConfigurationError("push changes commands and set-points: set command_attack_w or reference_attack_c")
+            raise ConfigurationError(
+                "push changes commands and set-points: set command_attack_w=300, or reference_attack_c"
+            )
         if direction not in DIRECTIONS:
             raise ConfigurationError(
                 f"direction = {direction!r} is not one of {', '.join(DIRECTIONS)}. {near(direction, DIRECTIONS)}"
@@ -95,7 +97,7 @@ class Covert(Stealthy):
     def __init__(self, spec: RoleSpec, *, share: float = 1.0, warmer: bool = True) -> None:
         super().__init__(spec, keep_noise=True, warmer=not warmer)
         if powers_of(self.config).commands_at == ABSENT:
-            raise ConfigurationError("covert hides what it adds to commands: set command_attack_w, such as 300")
+            raise ConfigurationError("covert hides what it adds to commands: set command_attack_w=300, for example")
         if not 0 < share <= 1:
             raise ConfigurationError(f"share = {share}: give a share of the attacker's reach, above 0 and at most 1")
         self._commands = share if warmer else -share
