@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import warnings
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -20,6 +21,7 @@ import numpy as np
 from cps_envs.core.compute.compiling import tell
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.actions import choices_of
+from cps_envs.core.declare.foreign import ForeignSettingWarning
 from cps_envs.core.declare.objective import is_objective
 from cps_envs.core.declare.seeds import MOST_RUNS, training_seed
 from cps_envs.core.errors import ConfigurationError
@@ -80,7 +82,9 @@ def measure(problem: Problem, config: Any, preset: str, wiring: Wiring) -> Scali
         ConfigurationError: no agent was ever active.
     """
     rival = other(wiring.role)
-    match = problem.match(config, EPISODES, {rival: problem.opponent(preset, rival)})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ForeignSettingWarning)  # the usual opponent is to show what inputs are like
+        match = problem.match(config, EPISODES, {rival: problem.opponent(preset, rival)})
     side = LearningSide(match, wiring.role, wiring)
     met = [rows[active] for rows, active in random_play(match, side)]
     scaled = np.concatenate(met)[:, : side.wired.columns.scaled]
