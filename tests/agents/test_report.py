@@ -176,7 +176,7 @@ def test_a_league_and_a_chapter_write_the_same_page(tmp_path: Path) -> None:
     assert board["value"] is None
     assert "20 episodes" in board["few"]  # two are too few for the value of a game, and for intervals
     assert {each["low"] for each in board["cells"][0][0]["metrics"].values()} == {None}
-    succeeded("league", "rogue", *VENUE, *pair[:4], "--episodes", "20", "--jobs", "1", *places[2:], "--fresh")
+    succeeded("league", "rogue", *VENUE, *pair[:4], "--episodes", "20", "--jobs", "1", *places, "--fresh")
     (board,) = content_of(tmp_path / "page" / "index.html")["boards"]
     assert board["value"]["low"] < board["value"]["mean"] < board["value"]["high"]
     assert not board["few"]
