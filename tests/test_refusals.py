@@ -200,7 +200,7 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
         ("brink", {"attack_action": "bias"}, "any"),
         ("brink", {"sensor_sets": [1, 2, 0, 3, 4, 0, 1]}, "2, 3, 4"),
         ("tracker", {}, "kalman_filters=true"),
-        ("push", {}, "set command_attack_w or reference_attack_c"),
+        ("push", {}, "set command_attack_w=300, or reference_attack_c"),
         ("push?direction=up", PUSHED, "paid, warmer"),
         ("push?share=1.5", PUSHED, "at most 1"),
         ("push?direction=away", {**PUSHED, "attacker_view": "grey"}, "white"),
