@@ -15,6 +15,7 @@ from cps_envs.core.policies.state import take
 from cps_envs.core.types import ROLES, Array, Role, State
 from tests.episodes import OnAct, Through, play, spec_of
 from tests.settings import tests_of as settings_of
+from tests.turns import slow
 
 ADAPTERS = [
     (problem, role, name)
@@ -69,7 +70,9 @@ def test_rows_and_actions_are_legal_and_environments_know_nothing_of_one_another
     playing(problem, adapter, None, look, 3, **short)
 
 
-@pytest.mark.parametrize(("problem", "role", "name"), SHOWN)
+@pytest.mark.parametrize(
+    ("problem", "role", "name"), [slow(case) if case[0] == "disbanding" else case for case in SHOWN]
+)
 def test_nine_of_ten_columns_vary_under_the_neutral_action(problem: str, role: Role, name: str) -> None:
     adapter, rows = adapter_of(spec_of(PROBLEMS[problem], role, "learning"), name), []
     episodes, waiting = SHOWN[problem, role, name]

@@ -32,7 +32,7 @@ NUMBERS = [  # and tuples of numbers
 RANGES = [(problem, field) for problem, field in NUMBERS if field.metadata["ranged"]]
 Field = dataclasses.Field[Any]
 QUICK = ("paper", "learning")
-PAIRS, STEPS, SLOW_PAIRS, SLOW_STEPS = 5, 6, 1000, 100
+PAIRS, STEPS, SLOW_PAIRS, SLOW_STEPS = 3, 4, 1000, 100
 
 QUICKER: Mapping[str, Any] = {"hvac": {"prediction_steps": 10}}  # its gains take a second at 80 steps
 

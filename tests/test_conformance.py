@@ -22,24 +22,24 @@ from tests.settings import tests_of as settings_of
 ELSEWHERE = ("check_configurations", "check_copies")  # tests/test_configurations.py, tests/test_copies.py
 ONCE = ("check_live_observations", "check_live_swarm", "check_subprocess")  # do not depend on the preset
 QUICK = ("paper", "learning")  # presets of checks that are not slow; each preset has its golden trajectories, too
-CHEAP = ("fdi", "rogue")  # problems whose learners' interfaces are stepped in no time
-TELLING = ("check_batch", "check_rows", "check_bad_actions", "check_pickling")
 ALL = np.ones(2, bool)
 PRESETS = [(name, preset) for name, problem in PROBLEMS.items() for preset in problem.presets]
 
 
-def is_quick(preset: str, turn: int) -> bool:
-    """Whether a check is made in a preset where it is not slow: each check of each role in one of two, by turns."""
-    return preset == QUICK[turn % len(QUICK)]
+def is_quick(place: int, role: Role, preset: str | None = None) -> bool:
+    """Whether a check is not slow: of a problem each is quick for one role and in one preset, which take turns."""
+    turn, of_role = divmod(place, len(ROLES))
+    return role == ROLES[of_role] and preset in (None, QUICK[turn % len(QUICK)])
 
 
 def cases() -> Iterator[object]:
     for name, problem in PROBLEMS.items():
         for preset in problem.presets:
-            for turn, role in enumerate(ROLES):
+            for role in ROLES:
                 for place, check in enumerate(CHECKS):
                     if check.__name__ not in ELSEWHERE and (check.__name__ not in ONCE or preset == "paper"):
-                        marks = () if check.__name__ in ONCE or is_quick(preset, turn + place) else (pytest.mark.slow,)
+                        quick = is_quick(place, role, None if check.__name__ in ONCE else preset)
+                        marks = () if quick else (pytest.mark.slow,)
                         case = f"{name}-{preset}-{role}-{check.__name__}"
                         yield pytest.param(name, preset, role, check, id=case, marks=marks)
 
@@ -58,11 +58,11 @@ def test_conformance(name: str, preset: str, role: Role, check: Check) -> None:
 
 
 def learned() -> Iterator[object]:
-    """Every check of learners' interfaces; those that cost many seconds are slow, but for what tells most."""
+    """Every check of learners' interfaces; of a problem each is quick for one role."""
     for name, problem in PROBLEMS.items():
         for role in problem.training:
-            for check in (check for check in LEARNING_CHECKS if check.__name__ not in ELSEWHERE):
-                quick = name in CHEAP or check.__name__ in TELLING
+            for place, check in enumerate(check for check in LEARNING_CHECKS if check.__name__ not in ELSEWHERE):
+                quick = is_quick(place, role) or len(problem.training) == 1
                 yield pytest.param(name, role, check, marks=() if quick else (pytest.mark.slow,))
 
 

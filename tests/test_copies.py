@@ -16,6 +16,7 @@ from cps_envs.core.declare.panel import mixture
 from cps_envs.core.types import Role, other
 from tests.settings import tests_of as settings_of
 from tests.test_policies import OPTIONS, SHORT, cases
+from tests.turns import in_turn
 
 WAYS = (copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)))
 ATTACKED_DAY = {"onset_step": 200, "num_compromised": 2, "compromised_weights": ()}
@@ -28,7 +29,7 @@ def copies(problem: str, role: Role, reference: str, preset: str, settings: dict
 
 
 @pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
-@pytest.mark.parametrize(("problem", "role", "name"), list(cases()))
+@pytest.mark.parametrize(("problem", "role", "name"), in_turn(cases(), 3))
 def test_a_copy_is_the_episode_against_every_registered_policy(problem: str, role: Role, name: str) -> None:
     presets = sorted(PROBLEMS[problem].presets, key=lambda preset: preset != "learning")
     fits = (

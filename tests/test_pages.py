@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from cps_envs import PROBLEMS
+from tests.turns import slow
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -124,7 +125,11 @@ def test_commands_run(command: str, tmp_path: Path) -> None:
     run_command(tmp_path, command)
 
 
-@EACH_NOTEBOOK
+TRAINING = ("learn_from_data", "train_and_judge", "your_own_house")  # notebooks that take many seconds even shortened
+RUN_NOTEBOOK = [slow(notebook) if notebook.stem in TRAINING else notebook for notebook in NOTEBOOKS]
+
+
+@pytest.mark.parametrize("notebook", RUN_NOTEBOOK, ids=lambda notebook: notebook.stem)
 def test_a_notebook_runs(notebook: Path, change: Callable[[str], str], tmp_path: Path) -> None:
     code = "\n".join("".join(cell["source"]) for cell in cells(notebook) if cell["cell_type"] == "code")
     run(tmp_path, change(code))

@@ -17,6 +17,7 @@ from cps_envs import PROBLEMS
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.core.types import ROLES, Array, Role
 from tests.pictured import Pictured
+from tests.turns import in_turn
 
 pygame = pytest.importorskip("pygame")
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")
@@ -94,7 +95,9 @@ def test_everything_in_a_scene_is_visible(pictured: Pictured, change: dict[str, 
     assert not np.array_equal(frame(pictured, scene), frame(pictured, changed))
 
 
-@pytest.mark.parametrize(("name", "size"), [(name, size) for name, found in PICTURED.items() for size in found.sizes])
+@pytest.mark.parametrize(
+    ("name", "size"), in_turn([(name, size) for name, found in PICTURED.items() for size in found.sizes], 3)
+)
 def test_any_size_and_setting_is_drawn(name: str, size: str) -> None:
     config, scenes = PICTURED[name].sizes[size]()
     viewer = PICTURED[name].viewer(config)

@@ -31,6 +31,7 @@ def test_the_defence_is_calm_where_nobody_attacks() -> None:
     assert outcome["collided_pairs"].max() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("defender", ["cusum", "bank"])
 def test_the_attack_is_paid_more_than_constants(defender: str) -> None:
     constants = constants_of(spec_of("attacker", preset="learning"), FDI.training["attacker"].adapter)

@@ -25,6 +25,7 @@ from cps_agents.scoring.board import FOLDER
 from cps_agents.scoring.verify import read_score
 from tests.agents.command_line import invoke, refusal
 from tests.processes import is_gone, wait_until
+from tests.turns import in_turn
 
 WHOLE = "from cps_agents.cli import main; main()"
 AGAIN = "Finished work is kept: the same command continues."
@@ -80,7 +81,7 @@ def stopped(process: subprocess.Popen[str], code: int, advice: str) -> None:
 
 
 @needs_signals
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", in_turn(["2", "1"], 2))
 def test_a_league_that_is_terminated_keeps_its_pairs(tmp_path: Path, meetings: Path, jobs: str) -> None:
     pytest.importorskip("scipy")
     with started(*LONG, "--jobs", jobs, "--out", str(tmp_path), ignoring=True) as process:

@@ -14,6 +14,7 @@ import pytest
 from cps_agents.cli import show_warning
 from cps_agents.console import err, note, out
 from cps_agents.sheet import Sheet
+from tests.turns import in_turn
 
 QUICK = ("--set", "duration_s=20")
 COMMANDS = {
@@ -39,7 +40,7 @@ for name, arguments in json.loads(sys.argv[1]).items():
 """
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+@pytest.mark.parametrize("encoding", in_turn(["ascii", "cp1252"], 2))
 def test_tables_are_printed_where_the_encoding_has_no_lines(encoding: str, tmp_path: Path) -> None:
     result = subprocess.run(
         [sys.executable, "-c", ONE_AFTER_THE_OTHER, json.dumps(COMMANDS)],

@@ -26,6 +26,7 @@ from cps_envs.core.game.game import Game
 from cps_envs.registration import find_problem
 from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
+from tests.turns import in_turn
 
 FOLDERS = [
     "plain",
@@ -59,7 +60,7 @@ def forms_of_reference(reference: str) -> list[str]:
     return [reference, mixture([reference, "none"]), f"mixture?policies={quoted.replace('%', '%25')}"]
 
 
-@pytest.mark.parametrize("folder", FOLDERS)
+@pytest.mark.parametrize("folder", in_turn(FOLDERS, 3))
 def test_a_network_is_known_by_its_weights_in_any_folder(folder: str, easy: Game, tmp_path: Path) -> None:
     card = tmp_path / folder / "policy.json"
     card.parent.mkdir()

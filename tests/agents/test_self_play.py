@@ -197,6 +197,7 @@ TINY = (
 )
 
 
+@pytest.mark.slow
 def test_the_command_learns_is_interrupted_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("torch")
     from cps_agents.learning import learner

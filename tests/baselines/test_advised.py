@@ -58,6 +58,7 @@ def test_other_actions_are_other_decisions(problem: str, role: Role, controller:
     assert not np.array_equal(other, paid(problem, role, controller))
 
 
+@pytest.mark.slow
 def test_a_follower_around_string_is_paid_nearly_as_string_is() -> None:
     """It is about 0.2 points worse than the controller, of 14, where the plain follower is 2 worse."""
     near, plain = (paid("disbanding", "defender", f"always?adapter={name}&action=0") for name in ("string", "follow"))

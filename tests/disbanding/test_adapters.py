@@ -21,6 +21,7 @@ def neutral(adapter: Adapter, count: int) -> FloatArray:
     return np.broadcast_to(adapter.neutral_action, (count, len(adapter.agents), *adapter.neutral_action.shape))
 
 
+@pytest.mark.slow
 def test_the_plain_follower_is_far_better_than_nothing() -> None:
     (paid, found), (without, _) = (
         played(defender=each, count=12) for each in ("always?adapter=follow&action=0", "none")

@@ -234,6 +234,7 @@ def test_a_second_attack_finds_room_and_costs_less_than_under_string(tau_s: floa
     assert outcome["velocity_error_all"][0] < reference["velocity_error_all"][0]
 
 
+@pytest.mark.slow
 def test_leaders_keep_a_reserve_only_while_an_attack_may_come() -> None:
     """E_v behind platoon 10, disbanded at 1 s, when that is the only attack and when one may follow."""
     errors = []

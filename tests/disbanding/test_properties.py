@@ -14,6 +14,7 @@ from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.state import State
 from tests.disbanding.table_2_1 import metrics, run, start, table_2_1
+from tests.turns import in_turn
 from tools.disbanding.bounds import TwoAttackSearch, least_error_of_two, least_errors
 
 WIDTH, PLATOONS = 20, 4
@@ -111,7 +112,7 @@ def test_nobody_beats_the_bound_at_its_own_smallest_gap(defender: str) -> None:
 
 
 # Independent estimates for platoons 10 and 9 at 2 s and 100 s, at gaps of x_d, on a coarse grid of states.
-@pytest.mark.parametrize(("tau_s", "estimate"), [(0.1, 25.66), (0.5, 27.74)])
+@pytest.mark.parametrize(("tau_s", "estimate"), in_turn([(0.1, 25.66), (0.5, 27.74)], 2))
 def test_the_reference_of_two_attacks(tau_s: float, estimate: float) -> None:
     config = DISBANDING.config("paper", {"tau_s": tau_s})
     found = least_error_of_two(config, 5.0, search=TwoAttackSearch(generations=30))[0]
@@ -120,6 +121,7 @@ def test_the_reference_of_two_attacks(tau_s: float, estimate: float) -> None:
     assert found > alone
 
 
+@pytest.mark.slow
 def test_a_longer_search_lowers_the_reference_and_smaller_gaps_do() -> None:
     config = DISBANDING.config("paper", {})
     short, long = (least_error_of_two(config, 3.0, search=TwoAttackSearch(generations=count))[0] for count in (5, 20))
@@ -135,7 +137,7 @@ def test_episodes_without_these_two_attacks_have_no_reference() -> None:
 
 
 # `joint` is held against it in test_joint.py, where it plays anyway; the others are farther above it than these.
-@pytest.mark.parametrize("defender", ["copy", "string", "informed"])
+@pytest.mark.parametrize("defender", in_turn(["informed", "string", "copy"], 3))
 def test_nobody_without_a_collision_beats_the_reference_of_two(defender: str) -> None:
     checked = 0
     for tau_s in (0.1, 0.5):

@@ -21,6 +21,7 @@ def paid(attacker: str, defender: str) -> FloatArray:
     return found
 
 
+@pytest.mark.slow
 def test_the_defence_is_better_than_none_and_the_follower_that_it_began_as() -> None:
     shipped = paid("timed?jam=1", "zoo:disbanding-defense")
     for other in ("none", PLAIN):
@@ -28,6 +29,7 @@ def test_the_defence_is_better_than_none_and_the_follower_that_it_began_as() -> 
         assert gain.mean() > 0.5, other
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("other", ["none", "random", "lead"])
 def test_the_attack_is_better_than_who_learned_nothing(other: str) -> None:
     usual = "string?detection_mps=0"

@@ -16,6 +16,7 @@ from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, State
 from cps_envs.disbanding.problem import DISBANDING
 from tests.agents.command_line import succeeded
+from tests.turns import in_turn
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -54,7 +55,7 @@ def side_by_side(own_mpc: Any, **overrides: Any) -> tuple[Array, Array]:
     return mpc, own
 
 
-@pytest.mark.parametrize("tau_s", [0.1, 0.3])
+@pytest.mark.parametrize("tau_s", in_turn([0.1, 0.3], 2))
 def test_it_plays_as_mpc(own_mpc: Any, tau_s: float) -> None:
     """What is left, 0.9e-6 and no less with a tighter OSQP, is where the dual iteration of `mpc` ends."""
     mpc, own = side_by_side(own_mpc, tau_s=tau_s, num_platoons=2)

@@ -45,6 +45,7 @@ def at(level: float) -> int:
     return LEVELS.index(level)
 
 
+@pytest.mark.slow
 def test_lies_towards_cold_pay_most_and_none_pays_little() -> None:
     cold, warm, honest = (episode("attacker", at(level), 100)["return"].mean() for level in (-0.4, 0.4, 0.0))
     assert cold > 1.3 * warm > 2 * honest

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cps_envs.hvac.expected import LEVELS
 from tests.hvac.games import play
 
@@ -17,6 +19,7 @@ def test_the_attack_pays_where_three_sensors_lie() -> None:
     assert network > constant
 
 
+@pytest.mark.slow
 def test_the_defence_is_worth_more_than_doing_nothing_and_than_fixed_sensors() -> None:
     def paid(defender: str) -> float:
         return float(play("mimic", defender, range(24), "learning")["return"].mean())

@@ -17,6 +17,7 @@ from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 from cps_envs.rogue.panels import CHALLENGE
 from cps_envs.rogue.problem import ROGUE
 from tests.episodes import spec_of, watched
+from tests.turns import in_turn
 
 EPISODES = range(650_000, 650_030)
 
@@ -26,7 +27,7 @@ def paid(attacker: str, defender: str) -> Array:
     return play_episodes(ROGUE, ROGUE.config("learning", {}), players, EPISODES)["return"]
 
 
-@pytest.mark.parametrize("rival", CHALLENGE["attacker"][:5], ids=lambda rival: rival.name)
+@pytest.mark.parametrize("rival", in_turn(CHALLENGE["attacker"][:5], 5), ids=lambda rival: rival.name)
 def test_it_lets_less_pass_than_controllers_do(rival: Contestant) -> None:
     told = paid(rival.policy, "escort")
     for other in ("sliding", "monitor", "assigned?laws=ssl", "sliding_detection"):

@@ -18,6 +18,7 @@ from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import Drawn
 from tests.rogue.reference import Reference
+from tests.turns import in_turn
 
 
 def started(config: RogueConfig, seed: int) -> tuple[RogueGame, Reference]:
@@ -110,7 +111,7 @@ def played(case: str, seed: int) -> tuple[RogueGame, Reference]:
 
 
 @pytest.mark.parametrize("case", STARTS)
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", in_turn([0, 1], 2))
 def test_kernels_agree_with_the_plain_loop(case: str, seed: int) -> None:
     assert_equal(*played(case, seed))
 

@@ -32,6 +32,7 @@ def full() -> Reproduction[Results]:
     return CHAPTER.reproduce()
 
 
+@pytest.mark.slow
 def test_the_specification_s_numbers_over_twenty_seeds(full: Reproduction[Results]) -> None:
     assert full.passed
     assert full.evidence.ordered.sum() >= 18

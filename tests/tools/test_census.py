@@ -78,6 +78,7 @@ def test_a_figure_says_whether_it_is_met(wanted: int | None, reached: int | None
     assert plain(Figure("lines", 9, wanted, reached).verdict) == said
 
 
+@pytest.mark.slow
 def test_every_figure_of_this_repository_can_be_counted() -> None:
     found = figures()
     assert len({each.what for each in found}) == len(found) > 20

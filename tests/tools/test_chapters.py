@@ -183,6 +183,7 @@ def test_pictures_of_the_pages_are_there_and_small(pages: dict[str, str]) -> Non
         assert root.attrib["aria-label"]
 
 
+@pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("myst_nb", reason="needs sphinx and myst-nb, which build the site")
     pytest.importorskip("furo", reason="needs furo, the style of the site")

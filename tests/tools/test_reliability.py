@@ -291,7 +291,7 @@ def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="processes are forked and killed")
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(job.name, marks=[pytest.mark.slow] if job.learns or job.name == "score" else []) for job in JOBS],
+    [pytest.param(job.name, marks=[] if job.name == "certify" else [pytest.mark.slow]) for job in JOBS],
 )
 def test_a_command_that_is_killed_or_stopped_goes_on(name: str, tmp_path: Path) -> None:
     job = next(job for job in JOBS if job.name == name)
