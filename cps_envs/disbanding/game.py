@@ -31,7 +31,7 @@ from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
 from cps_envs.disbanding.timed import Timed
 from cps_envs.disbanding.truth import truth_of_road
-from cps_envs.disbanding.turn import Account, settle_all, step
+from cps_envs.disbanding.turn import Account, settle_all, step, step_eventful
 
 CHARGES = ("collision_penalty", "end_charge")  # paid beside the velocity error
 
@@ -72,14 +72,14 @@ class DisbandingGame(Game):
         }
         self.neutral_action = {"attacker": np.array(0), "defender": np.zeros(corrections)}
         self.max_correction_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
-        intact_now = config.payoff_set == "intact_now"
+        intact_now, self._eventful = config.payoff_set == "intact_now", is_eventful(config)
         self.payoff_parts = ("velocity_error_intact_now" if intact_now else "velocity_error_all", *CHARGES)
         rules = Rules(
             horizon_steps=config.horizon_steps,
             collision_penalty=config.collision_penalty,
             pays_intact_now=intact_now,
             steps_per_decision=config.periods_per_second * config.steps_per_period,
-            eventful=is_eventful(config),
+            eventful=self._eventful,
         )
         self._measures = Metrics._fields[: MEASURED[config.report]]
         self._rules = pack(rules)
@@ -116,7 +116,8 @@ class DisbandingGame(Game):
         targets = actions.get("attacker", self._waiting)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
         before, steps = self._account.total.copy(), num_steps * self.config.steps_per_period
-        self.threads.run(lambda mine: step(*self._known, targets, correction, mine, steps), envs, num_steps)
+        move = step_eventful if self._eventful else step
+        self.threads.run(lambda mine: move(*self._known, targets, correction, mine, steps), envs, num_steps)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
         return self._account.total - before

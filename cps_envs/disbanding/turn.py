@@ -37,15 +37,34 @@ def step(
     num_steps: int,
 ) -> None:
     """Disband `targets` (B,) where legal, advance marked environments under `correction` (B, M) in m/s2, and settle."""
-    r, closing = unpack(Rules, rules, 0), np.empty(correction.shape[1])
+    r, closing = unpack(Rules, rules, 0), np.empty(state.position.shape[1])
     for b in range(envs.size):
         if envs[b]:
             episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)
             disband(episode, c, targets[b], own.budget, own.legal)
-            if r.eventful:
-                advance_eventfully(episode, c, borrowed(correction)[b], closing, num_steps)
-            else:
-                advance_episode(episode, c, borrowed(correction)[b], closing, num_steps)
+            advance_episode(episode, c, borrowed(correction)[b], closing, num_steps)
+            settle(episode, c, own, borrowed(metrics)[b], r)
+
+
+@kernel
+def step_eventful(
+    state: State,
+    constants: Array,
+    account: Account,
+    metrics: Array,
+    rules: Array,
+    targets: IntArray,
+    correction: FloatArray,
+    envs: BoolArray,
+    num_steps: int,
+) -> None:
+    """`step` where something happens between the integration steps, see `events.is_eventful`."""
+    r, closing = unpack(Rules, rules, 0), np.empty(state.position.shape[1])
+    for b in range(envs.size):
+        if envs[b]:
+            episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)
+            disband(episode, c, targets[b], own.budget, own.legal)
+            advance_eventfully(episode, c, borrowed(correction)[b], closing, num_steps)
             settle(episode, c, own, borrowed(metrics)[b], r)
 
 

@@ -19,7 +19,7 @@ def step(
     """Move the marked environments by some steps under held actions; episodes that have ended stand still.
 
     Args:
-        batch: the environments.
+        batch: the environments; their defenders have no filter.
         attack: (B, S) actions.
         defense: (B, R + n) trust of the readings and correction levels, or (B, 0).
         envs: (B,) the environments to move.
@@ -27,7 +27,7 @@ def step(
         payoff: (B,) to which is added what these steps pay the attacker.
     """
     state, metrics, over, tasks, m = batch.state, batch.metrics, batch.over, batch.tasks, batch.matrices
-    scratch = new_scratch(state.command.shape[1], state.reading.shape[1], attack.shape[1])
+    scratch = new_scratch(state.command.shape[1], state.reading.shape[1], state.legal.shape[1])
     for k in range(num_steps):  # outside the episodes: what a loop inside them could share costs more than it saves
         last = k == num_steps - 1
         for b in range(envs.size):
@@ -36,16 +36,35 @@ def step(
                 task, row = tasks[episode.task[0]], metrics[b : b + 1]
                 sensors, target = task[: task.size - 1], task[task.size - 1]
                 place(sensors, s.slot)
-                if c.filters:
-                    act_filtered(episode, c, m, borrowed(defense)[b], s)
-                elif not act(episode, c, m, sensors, borrowed(attack)[b], borrowed(defense)[b], s):
+                if not act(episode, c, m, sensors, borrowed(attack)[b], borrowed(defense)[b], s):
                     row[0].illegal, over[b] = 1.0, True
                     continue
                 over[b] = settle(episode, c, target, s.correction, row, borrowed(payoff)[b : b + 1])
-                if c.filters:
-                    watch(episode, c, s.slot, row)
-                    if not over[b]:
-                        renew(episode, c, m, sensors, borrowed(attack)[b], s)
+                if last or over[b]:
+                    legal_levels(episode.error, c, sensors, episode.legal, s)
+                    close_before(episode, episode.legal)
+
+
+@kernel
+def step_filtered(
+    batch: Batch, attack: IntArray, defense: IntArray, envs: BoolArray, num_steps: int, payoff: FloatArray
+) -> None:
+    """`step` where defenders have a filter: they decide on the readings of now, and those of the next step follow."""
+    state, metrics, over, tasks, m = batch.state, batch.metrics, batch.over, batch.tasks, batch.matrices
+    scratch = new_scratch(state.command.shape[1], state.reading.shape[1], state.legal.shape[1])
+    for k in range(num_steps):
+        last = k == num_steps - 1
+        for b in range(envs.size):
+            if envs[b] and not over[b]:
+                episode, s, c = view(state, b), lend(scratch), constants_for(batch, b)
+                task, row = tasks[episode.task[0]], metrics[b : b + 1]
+                sensors, target = task[: task.size - 1], task[task.size - 1]
+                place(sensors, s.slot)
+                act_filtered(episode, c, m, borrowed(defense)[b], s)
+                over[b] = settle(episode, c, target, s.correction, row, borrowed(payoff)[b : b + 1])
+                watch(episode, c, s.slot, row)
+                if not over[b]:
+                    renew(episode, c, m, sensors, borrowed(attack)[b], s)
                 if last or over[b]:
                     legal_levels(episode.error, c, sensors, episode.legal, s)
                     close_before(episode, episode.legal)
@@ -166,7 +185,7 @@ def begin(batch: Batch, openings: Array, numbers: IntArray, envs: BoolArray) -> 
     `task` is drawn already, and so are the numbers that `scatter` makes `error` and `disturbance` of.
     """
     state = batch.state
-    scratch = new_scratch(state.command.shape[1], state.reading.shape[1], batch.tasks.shape[1] - 1)
+    scratch = new_scratch(state.command.shape[1], state.reading.shape[1], state.legal.shape[1])
     for b in range(envs.size):
         if envs[b]:
             episode, s, c = view(state, b), lend(scratch), constants_for(batch, b)

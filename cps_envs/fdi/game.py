@@ -20,7 +20,7 @@ from cps_envs.fdi.adapters.motion import Motion
 from cps_envs.fdi.adapters.sensor import Sensor
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.drawing import chances_of, draw, draws_anything, has_own_constants
-from cps_envs.fdi.dynamics import begin, step
+from cps_envs.fdi.dynamics import begin, step, step_filtered
 from cps_envs.fdi.filtered import observe_filtered
 from cps_envs.fdi.observation import (
     attacker_fields,
@@ -127,13 +127,13 @@ class FdiGame(Game):
         self._chances["own_constants"] = has_own_constants(self.config)  # the arrays are made so
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
-        payoff = np.zeros(self.num_envs)
+        payoff, move = np.zeros(self.num_envs), step_filtered if self._filters else step
         attack, defense = actions.get("attacker", self._waiting), actions.get("defender", self._trusting)
         if self.threads.alone:
-            step(self._batch, attack, defense, envs, num_steps, payoff)
+            move(self._batch, attack, defense, envs, num_steps, payoff)
         else:
             given = (self._batch, attack, defense)
-            self.threads.run(lambda mine: step(*given, mine, num_steps, payoff), envs, num_steps)
+            self.threads.run(lambda mine: move(*given, mine, num_steps, payoff), envs, num_steps)
         return payoff
 
     def observe(self, role: Role) -> Observation:

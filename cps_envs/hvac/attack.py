@@ -27,7 +27,7 @@ def sense(model: Model, rules: Rules, episode: State, action: FloatArray) -> Non
     base = action[rules.base] if rules.base >= 0 else OWN
     own = -EDGE <= base <= EDGE
     episode.denied[0] = is_denied(episode, action, rules.deny_readings_at)
-    for s in range(len(model.zone)):
+    for s in range(len(episode.measured)):
         low, high = model.sensor_low_c[s], model.sensor_high_c[s]
         middle, reach = 0.5 * (high + low), 0.5 * (high - low)
         true = episode.temperature[model.zone[s]]

@@ -22,7 +22,7 @@ def heat(model: Model, rules: Rules, episode: State, change: FloatArray, desk: D
     if on_the_spot(rules, episode):
         switch(model, rules, episode, episode.heating)
         return
-    if rules.plans:
+    if len(episode.plan) > 0:
         plan(model, rules, episode, change, desk)
         copy(episode.plan[0], episode.integrator)
     elif rules.switches:

@@ -20,26 +20,26 @@ def is_ready(rules: Rules, episode: State) -> bool:
 @inlined
 def estimate(model: Model, rules: Rules, episode: State, scratch: Scratch) -> None:
     """Renew estimates and residuals from the readings of k; the window holds those of k - N_e .. k - 1."""
-    k, by_model = episode.step[0], len(model.member) + 1
+    k, by_model = episode.step[0], len(episode.residual) + 1
     copy(episode.estimate.reshape(-1), episode.previous.reshape(-1))
     average_readings(model, episode.reading, episode.estimate[0])
     last = len(episode.estimate) - rules.thermostats
     if rules.thermostats:
         copy(episode.estimate[0], episode.estimate[last])
-    for s in range(len(model.zone)):
+    for s in range(len(episode.measured)):
         episode.series[k, s] = episode.reading[s] - episode.forced[model.zone[s]]
     update_filters(model, rules, episode, scratch)
     if is_ready(rules, episode):
         sum_windows(model, episode, k - rules.window_steps, scratch.sums)
         samples = k - rules.window_steps + 1
-        for a in range(len(model.member)):
+        for a in range(len(episode.residual)):
             estimate_set(model, episode, a, scratch)
             episode.residual_sum[a] += episode.residual[a]
             episode.mean_residual[a] = episode.residual_sum[a] / samples
         w = model.weather[episode.first[0] + k - 1]
         drift(model.A, model, episode.fed, episode.heating, w, episode.estimate[by_model])
         for f in range(len(episode.filtered)):
-            copy(episode.filtered[f, : len(model.B)], episode.estimate[by_model + 1 + f])
+            copy(episode.filtered[f, : len(episode.forced)], episode.estimate[by_model + 1 + f])
         return
     for choice in range(1, last):
         for i in range(len(episode.forced)):
@@ -69,7 +69,7 @@ def estimate_set(model: Model, episode: State, a: int, scratch: Scratch) -> None
     else:
         add_window(model, episode, a, found)
     square, size = 0.0, 0
-    for s in range(len(model.zone)):
+    for s in range(len(episode.measured)):
         if model.member[a, s]:
             square += (episode.reading[s] - found[model.zone[s]]) ** 2
             size += 1
@@ -81,7 +81,7 @@ def add_sums(model: Model, a: int, scratch: Scratch, found: FloatArray) -> None:
     """Add A^N_e (O_a' O_a)^-1 sum of h_s to an estimate (n,)."""
     total, n = scratch.vector, len(found)
     fill(total, 0.0)
-    for s in range(len(model.zone)):
+    for s in range(model.member.shape[1]):
         if model.member[a, s]:
             for i in range(n):
                 total[i] += scratch.sums[s * n + i]
@@ -95,7 +95,7 @@ def add_window(model: Model, episode: State, a: int, found: FloatArray) -> None:
     """Add A^N_e pinv(O_a) r to an estimate (n,), r being the residual readings of the window one by one."""
     row, window = model.window_begin[a], len(model.decay) - 1
     for t in range(episode.step[0] - window, episode.step[0]):
-        for s in range(len(model.zone)):
+        for s in range(len(episode.measured)):
             if model.member[a, s]:
                 for i in range(len(found)):
                     found[i] += model.window_gain[row, i] * episode.series[t, s]
@@ -107,7 +107,7 @@ def update_recursive(model: Model, episode: State, scratch: Scratch) -> None:
     """Recursive least squares on the residual readings of all sensors, then one step ahead."""
     z, P, n = episode.recursive, episode.covariance, len(episode.recursive)
     gain, row = scratch.vector, scratch.change
-    for s in range(len(model.zone)):
+    for s in range(len(episode.measured)):
         i = model.zone[s]
         innovation = episode.series[episode.step[0], s] - z[i]
         for p in range(n):
@@ -149,7 +149,7 @@ def choose(model: Model, rules: Rules, episode: State, choice: int, change: Floa
     chosen estimate itself, whether it was chosen before or not. The model, and all that come up first at k = N_e, are
     compared with what the controller got before.
     """
-    k, by_model = episode.step[0], len(model.member) + 1
+    k, by_model = episode.step[0], len(episode.residual) + 1
     choice = min(max(choice, 0), len(episode.estimate) - 1)
     raw = choice == 0 or (rules.thermostats and choice == len(episode.estimate) - 1)
     if not raw and not is_ready(rules, episode):

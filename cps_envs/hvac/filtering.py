@@ -22,7 +22,7 @@ def start_filters(rules: Rules, episode: State) -> None:
 @inlined
 def update_filters(model: Model, rules: Rules, episode: State, scratch: Scratch) -> None:
     """Predict the readings of k from the heating of k - 1, and correct by the sensors that each filter uses."""
-    n, k = len(model.B), episode.step[0]
+    n, k = len(episode.temperature), episode.step[0]
     for f in range(len(episode.filtered)):
         x, d = episode.filtered[f, :n], episode.filtered[f, n:]
         if k > 0:
@@ -32,7 +32,7 @@ def update_filters(model: Model, rules: Rules, episode: State, scratch: Scratch)
             drift(model.A, model, x, scratch.change, model.weather[episode.first[0] + k - 1], scratch.vector)
             copy(scratch.vector, x)
         copy(x, scratch.vector)
-        for s in range(len(model.zone)):
+        for s in range(len(episode.measured)):
             difference = episode.reading[s] - scratch.vector[model.zone[s]]
             for i in range(2 * n):
                 episode.filtered[f, i] += model.filter_gain[f, i, s] * difference

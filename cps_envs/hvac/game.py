@@ -225,7 +225,7 @@ def begin(batch: Batch, draws: Draws, halves: IntArray, streams: Array, quiet: F
             draw(borrowed(streams)[b], chance, drift, draws, halves[b], episode, scratch)
             start(model, rules, episode)
             count_errors(model, rules, episode)
-            sense(model, rules, episode, quiet[b])
+            sense(model, rules, episode, borrowed(quiet)[b])
             estimate(model, rules, episode, scratch)
             measure(rules, episode)
 
@@ -245,21 +245,21 @@ def step(
     those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
     """
     model, rules = lend(batch.model), unpack(Rules, batch.rules, 0)
-    room, table = make_scratch(model), make_desk(model, rules)
+    room, table = make_scratch(model), make_desk(batch.state.plan.shape[1], batch.state.plan.shape[2])
     for b in range(len(envs)):
         if envs[b]:
-            episode, scratch, desk = view(batch.state, b), lend(room), lend(table)
+            episode, scratch, desk, action = view(batch.state, b), lend(room), lend(table), borrowed(forging)[b]
             if episode.step[0] == 0:
                 payoff[b] = paid_at_start(rules, episode)
             for _ in range(num_steps):
                 choose(model, rules, episode, choices[b], scratch.change)
                 count_choice(model, rules, episode)
-                shift_references(model, rules, episode, forging[b])
+                shift_references(model, rules, episode, action)
                 heat(model, rules, episode, scratch.change, desk)
-                deliver(model, rules, episode, forging[b])
+                deliver(model, rules, episode, action)
                 move(model, rules, episode, scratch)
                 payoff[b] += count_errors(model, rules, episode)
-                sense(model, rules, episode, forging[b])
+                sense(model, rules, episode, action)
                 estimate(model, rules, episode, scratch)
             measure(rules, episode)
 

@@ -30,7 +30,6 @@ class Rules(NamedTuple):
     plan_steps: int  # N of a controller that plans, 0 of another
     initial_c: float
     move_weight: float  # R
-    plans: bool  # the controller solves (4.17) with its limits
     on_levels: bool  # and goes on from the level that was applied
     switches: bool  # the controller is a thermostat in each zone
     hysteresis_c: float
@@ -147,10 +146,8 @@ def build_model(config: HvacConfig) -> Model:
 
 def rules_of(config: HvacConfig) -> Rules:
     """The numbers of a configuration that kernels use."""
-    plans = config.controller in ("qp", "levels")
     derived: dict[str, Any] = {
-        "plan_steps": config.prediction_steps if plans else 0,
-        "plans": plans,
+        "plan_steps": config.prediction_steps if config.controller in ("qp", "levels") else 0,
         "on_levels": config.controller == "levels",
         "switches": config.controller == "on_off",
         "filter_memory": memory(config),

@@ -13,11 +13,11 @@ def count_choice(model: Model, rules: Rules, episode: State) -> None:
     """Take note of the choice at k, once the window is full."""
     if not is_ready(rules, episode):
         return
-    metrics, sets = episode.metrics[0], len(model.member)
+    metrics, sets = episode.metrics[0], len(episode.residual)
     choice = 0 if on_the_spot(rules, episode) else episode.choice[0]
     by_model = sets + 1
     believed, flawed = 0, False
-    for s in range(len(model.zone)):
+    for s in range(len(episode.measured)):
         if 0 < choice < by_model:
             uses = model.member[choice - 1, s]
         else:

@@ -51,9 +51,8 @@ class Desk(NamedTuple):
 
 
 @inlined
-def make_desk(model: Model, rules: Rules) -> Desk:
-    """Room for a call of a kernel, its contents of no meaning."""
-    n, steps = len(model.B), rules.plan_steps
+def make_desk(steps: int, n: int) -> Desk:
+    """Room for a call of a kernel, its contents of no meaning; N steps, or 0 where the controller does not plan."""
     size = n if steps > 0 else 0
     return Desk(
         path=np.empty((steps, n)),
@@ -162,7 +161,7 @@ def look_back(model: Model, rules: Rules, desk: Desk) -> None:
     the temperatures and p that of the heating before. The step's own heating q is free where it is not held; with
     M = I + P its curvature is Z = B M B + B S + S'B + T + R, and it meets F = (B M + S') A and c = B a + b + slope/2.
     """
-    n, R = len(model.B), rules.move_weight
+    n, R = model.A.shape[1], rules.move_weight
     P, S, T = desk.value[0], desk.value[1], desk.value[2]
     a, b, MA, F, Z = desk.slopes[0], desk.slopes[1], desk.room[0], desk.by_both, desk.curvature
     fill(desk.value.reshape(-1), 0.0)
@@ -233,7 +232,7 @@ def invert(Z: FloatArray, held: BoolArray, inverse: FloatArray) -> None:
 @inlined
 def look_ahead(model: Model, rules: Rules, desk: Desk) -> None:
     """Fill Newton's step by what `look_back` found: q = -K (F x + c - R p), from x = 0 and p = 0 on."""
-    n, x, reached = len(model.B), desk.vector[0], desk.vector[1]
+    n, x, reached = model.A.shape[1], desk.vector[0], desk.vector[1]
     fill(x, 0.0)
     for t in range(len(desk.step)):
         for i in range(n):

@@ -93,7 +93,7 @@ def draw_size(stream: Array, chance: Chances, ends: FloatArray) -> Any:
 @inlined
 def start(model: Model, rules: Rules, episode: State) -> None:
     """Put a drawn episode at k = 0: all zones at the initial temperature, heating off, sums and windows empty."""
-    n, sensors = len(model.B), len(model.zone)
+    n, sensors = len(episode.temperature), len(episode.measured)
     for i in range(n):
         episode.heat[i] = rules.unmeasured_heat_w * (2.0 * episode.heat[i] - 1.0)
         for j in range(n):

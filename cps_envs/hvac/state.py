@@ -164,5 +164,5 @@ def on_the_spot(rules: Rules, episode: State) -> bool:
 @inlined
 def make_scratch(model: Model) -> Scratch:
     """Room for a call of a kernel, its contents of no meaning."""
-    n = len(model.B)
-    return Scratch(np.empty(len(model.mode)), np.empty(n), np.empty(n), np.empty((n, n)))
+    n = model.A.shape[1]
+    return Scratch(np.empty(model.decay.shape[1]), np.empty(n), np.empty(n), np.empty((n, n)))

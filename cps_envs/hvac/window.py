@@ -56,7 +56,7 @@ def keep_tails(model: Model, episode: State, first: int, chunk: int, samples: in
 @inlined
 def add_before(model: Model, sample: FloatArray, after: FloatArray, target: FloatArray) -> None:
     """Fill `target` (S n,) with the sums of a sample (S,) and of all `after` it (S n,), which may be the same array."""
-    n = len(model.B)
+    n = model.A.shape[1]
     for s in range(sample.size):
         for i in range(s * n, s * n + n):
             target[i] = model.mode[i] * sample[s] + model.decay[1, i] * after[i]
@@ -65,7 +65,7 @@ def add_before(model: Model, sample: FloatArray, after: FloatArray, target: Floa
 @inlined
 def add_behind(model: Model, sample: FloatArray, decayed: FloatArray, target: FloatArray) -> None:
     """Add a sample (S,), with its power of the eigenvalues (S n,), to the sums `target` (S n,)."""
-    n = len(model.B)
+    n = model.A.shape[1]
     for s in range(sample.size):
         for i in range(s * n, s * n + n):
             target[i] += model.mode[i] * decayed[i] * sample[s]

@@ -22,6 +22,7 @@ from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
 
 from cps_envs.core.compute.kernel_cache import cache_by_sources
+from cps_envs.core.compute.linking import Linking
 from cps_envs.core.types import Array
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -31,7 +32,12 @@ Record: TypeAlias = Any  # one element of a structured array, with its fields as
 
 PLAIN = bool(config.DISABLE_JIT)  # type: ignore[attr-defined]  # NUMBA_DISABLE_JIT=1: kernels are plain Python
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
-INSIDE: Any = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
+INSIDE: Any = OPTIONS | {
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "forceinline": True,
+    "pipeline_class": Linking,
+}
 NAMED: Any = types.BaseNamedTuple
 NAMED_CLASS: Any = types.NamedTupleClass
 SCALARS = {int: np.int64, float: np.float64, bool: np.bool_}
@@ -49,14 +55,17 @@ def kernel(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Compile a function that kernels call: it becomes a part of them. Called from Python it runs as plain Python."""
+    """Have kernels that call a function contain it, see `linking`. Called from Python it runs as plain Python.
+
+    It raises nothing: neither by itself nor by what it calls.
+    """
     if PLAIN:
         return function
     dispatcher: Any = njit(**INSIDE)(function)
     dispatcher._insert = lambda *_: None  # there is no wrapper that Python could call
     dispatcher._compile_for_args = lambda *_, **__: function
     inside: Function = dispatcher
-    return cache_by_sources(inside)
+    return inside
 
 
 def _borrow(typing: Any, array: Any) -> Any:

@@ -1,5 +1,6 @@
 """The convention of the kernels: views of one environment, records of numbers, and a cache that notices edits."""
 
+import ast
 import os
 import pickle
 import subprocess
@@ -15,7 +16,7 @@ import pytest
 
 from cps_envs.core.compute import compiling, kernel_cache
 from cps_envs.core.compute.compiling import NOTICE, Watch, line_of
-from cps_envs.core.compute.holding import hold
+from cps_envs.core.compute.holding import hold, shapes_of
 from cps_envs.core.compute.kernel_cache import UNKEPT, reach, sources_stamp
 from cps_envs.core.compute.kernels import (
     borrowed,
@@ -33,6 +34,9 @@ from cps_envs.core.compute.kernels import (
 )
 from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.types import Array, FloatArray, IntArray
+
+ROOT = Path(__file__).parents[3]
+PACKAGES = ("cps_envs", "baselines", "agents", "paper")
 
 
 class State(NamedTuple):
@@ -124,6 +128,31 @@ def test_what_is_held_is_the_named_tuple_also_in_copies() -> None:
     for mine, other in zip(ours, theirs, strict=True):
         np.testing.assert_array_equal(mine, other)
     assert held.state.step.tolist() == [6, 7]
+
+
+def test_what_is_held_tells_how_long_rows_are_and_no_axis_that_counts() -> None:
+    state = State(np.zeros((2, 3)), np.zeros((2, 5, 3)), np.zeros(2, np.int64))
+    assert shapes_of(state) == ((None, 3), (None, None, 3), (None,))
+    absent = State(np.zeros((2, 3)), np.zeros((2, 0, 3)), np.zeros(2, np.int64))
+    nested = Everything(absent, Shared(np.zeros(4)))
+    assert shapes_of(nested) == (((None, 3), (None, 0, 3), (None,)), ((None,),))
+    assert hold(nested)._numba_type_.shapes == shapes_of(nested)  # type: ignore[attr-defined]
+
+
+@kernel
+def sizes_of(batch: Everything, found: IntArray) -> None:
+    episode, shared = view(batch.state, 0), lend(batch.shared)
+    found[0], found[1] = batch.state.x.shape[0], episode.x.size
+    found[2], found[3], found[4] = episode.matrix.shape[0], episode.matrix.size, shared.offset.size
+
+
+def test_a_kernel_is_compiled_for_lengths_of_rows_whatever_the_number_of_environments() -> None:
+    for envs, n in ((2, 3), (5, 3), (1, 3), (2, 4)):
+        state = State(np.zeros((envs, n)), np.zeros((envs, n + 1, n)), np.zeros(envs, np.int64))
+        found = np.zeros(5, np.int64)
+        sizes_of(hold(Everything(state, Shared(np.zeros(7)))), found)
+        assert found.tolist() == [envs, n, n + 1, (n + 1) * n, 7]
+    assert len(sizes_of.overloads) == 2  # type: ignore[attr-defined]
 
 
 def make_pair(first: str, second: str) -> Any:
@@ -229,6 +258,25 @@ def package(tmp_path: Path) -> Path:
     (package / "physics.py").write_text(textwrap.dedent(KERNELS.format(package=package.name)))
     (package / "law.py").write_text(LAW.format(factor=2.0))
     return package
+
+
+def test_functions_inside_kernels_are_not_kept(tmp_path: Path, package: Path) -> None:
+    outcome(tmp_path, package.name)
+    assert {path.name.partition("-")[0] for path in package.rglob("*.nb?")} == {"physics.run"}
+
+
+def test_functions_inside_kernels_raise_and_print_nothing() -> None:
+    """They have no environment of numba's, which what raises by values, prints or needs Python objects would read."""
+    unfit, seen = (ast.Raise, ast.Assert, ast.Try, ast.With, ast.Yield, ast.JoinedStr), 0
+    paths = [path for folder in PACKAGES for path in (ROOT / folder).rglob("*.py") if "@inlined" in path.read_text()]
+    for path in paths:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef) and any(ast.unparse(d) == "inlined" for d in node.decorator_list):
+                inside, seen = list(ast.walk(node)), seen + 1
+                calls = {ast.unparse(each.func) for each in inside if isinstance(each, ast.Call)}
+                assert not calls & {"print", "open", "eval"}, (path, node.name)
+                assert not [each for each in inside if isinstance(each, unfit)], (path, node.name)
+    assert seen > 300
 
 
 def test_an_edit_of_an_imported_function_is_noticed(tmp_path: Path, package: Path) -> None:
