@@ -3,7 +3,7 @@
 #   VENV=.venv          where the virtual environment lies
 #   HASHES=1            install only files whose hashes stand in requirements/
 #   FOR=core            the part that changed, for test-quick; core, a problem, baselines, agents, paper, tools or docs
-#   ARGS="..."          more arguments for the command behind test, test-slow, train, bench and benchmark
+#   ARGS="..."          more arguments for the command behind test, test-slow, train, kernels, bench and benchmark
 
 VENV ?= .venv
 ARGS ?=
@@ -31,7 +31,7 @@ DRY_RUN := $(findstring --dry-run,$(ARGS))
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-quick test-slow test-browser screenshots demo train lint style types bench peers census reliability pages verify docs clean clean-cache
+.PHONY: help setup benchmark test test-quick test-slow test-browser screenshots demo train lint style types kernels bench peers census reliability pages verify docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -102,6 +102,9 @@ style: $(ALL) ## check style and format only
 
 types: $(ALL) ## check types only
 	$(BIN)/python -m mypy
+
+kernels: $(LIGHT) ## build the wheel of compiled kernels, cps-envs-kernels, into dist (minutes); ARGS=--quick for few
+	$(BIN)/python -m tools.kernels dist $(ARGS)
 
 bench: $(LIGHT) ## measure the speed of environments and opponents
 	$(BIN)/python -m tools.bench $(ARGS)

@@ -1,16 +1,19 @@
 from __future__ import annotations
 
 import json
+import os
 from functools import partial
 from typing import Any
 
 import pytest
 
 from cps_agents import warm as warming
+from cps_agents.commands import warm as command
 from cps_agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
 from cps_envs.core.compute.compiling import compiled, told
 from cps_envs.core.compute.kernel_cache import UNKEPT
+from cps_envs.core.compute.shipped import NATIVE
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES
@@ -105,3 +108,11 @@ def test_an_interrupt_gives_130(little: list[Visit]) -> None:
 
     little.append(Visit("rogue", "until somebody presses Ctrl-C", interrupted))
     assert invoke("--problem", "rogue").exit_code == 130
+
+
+def test_it_compiles_for_this_processor_also_where_kernels_came_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(NATIVE, "0")
+    asked: list[str] = []
+    monkeypatch.setattr(command, "warm_up", lambda *_: asked.append(os.environ[NATIVE]))
+    command._one(("toy", []))
+    assert asked == ["1"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
@@ -18,6 +19,7 @@ from cps_agents.warm import Visit, Warmed, visits
 from cps_agents.warm import warm as warm_up
 from cps_agents.workers import Workers
 from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.compute.shipped import NATIVE
 from cps_envs.core.game.problem import Problem
 
 FAILED = 1
@@ -32,6 +34,7 @@ def warm(
 
     Every preset, adapter and policy of a problem is used for a moment.
     What was compiled before is loaded, so a second call takes seconds.
+    Kernels of cps-envs-kernels do not count: those made here are faster.
     Press Ctrl-C at any time: finished kernels are kept.
 
     Exit codes: 0 all kernels are there; 1 something failed or could
@@ -78,4 +81,5 @@ def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
 
 
 def _one(item: tuple[str, list[Visit]], report: Callable[[Visit], None] = lambda visit: None) -> Warmed:
+    os.environ[NATIVE] = "1"
     return warm_up(*item, report)

@@ -2,13 +2,15 @@
 
 Numba by itself looks at the file of a kernel alone. Most of ours are made of functions from several files, so that an
 edit of one of those would go unnoticed. Here a kernel's stamp covers every file of its package that it imports,
-directly or through others. What a process compiles is told by `compiling`.
+directly or through others. What a process compiles is told by `compiling`; what need not be compiled, as it came with
+the installation, by `shipped`.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -16,10 +18,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
-from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.sigutils import normalize_signature
 
 from cps_envs.core.compute.compiling import announce, declared, loaded, tell
+from cps_envs.core.compute.shipped import folder_for, key_for
 
 IMPORT = re.compile(r"^(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+([\w.]+))", re.MULTILINE)
 OURS = "cps_envs"
@@ -51,8 +54,44 @@ class Index(IndexDataCacheFile):
             raise OSError(f"{name} cannot be read: {error}") from error  # numba then compiles anew
 
 
+class Nowhere:
+    """Where kernels go if no folder for them can be written: nothing is kept."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._line = function.__code__.co_firstlineno
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> Nowhere:
+        """One for every function."""
+        return cls(function)
+
+    def get_cache_path(self) -> str:
+        """No folder."""
+        return os.devnull
+
+    def get_source_stamp(self) -> str:
+        """None is needed, see `SourceCache`."""
+        return ""
+
+    def get_disambiguator(self) -> str:
+        """The line of the function, as numba has it in the names of files."""
+        return str(self._line)
+
+    def ensure_cache_path(self) -> None:
+        """Raises OSError: there is nothing to write to."""
+        raise OSError("no folder for compiled kernels can be written")
+
+
+class Places(CompileResultCacheImpl):
+    """Where numba keeps the kernels of a function."""
+
+    _locator_classes = [*CompileResultCacheImpl._locator_classes, Nowhere]
+
+
 class SourceCache(FunctionCache):
     """Numba's cache of a function, valid for the sources of everything that the function's module imports of us."""
+
+    _impl_class = Places
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
@@ -60,16 +99,27 @@ class SourceCache(FunctionCache):
         self._cache_file = Index(self._cache_path, self._impl.filename_base, stamp)  # type: ignore[no-untyped-call]
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function for a signature; None if there is none, and numba then compiles it.
+        """The compiled function for a signature, kept or shipped; None if there is none, and numba then compiles it.
 
         Two processes that compile at once may write the same file for different signatures: the last one stays, and
         the other one's is not used but compiled again.
         """
         found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
-        if found is None or tuple(found.signature.args) != tuple(normalize_signature(sig)[0]):  # type: ignore[no-untyped-call]
+        if not _is_for(found, sig):
+            found = self._shipped(sig, target_context)
+        if not _is_for(found, sig):
             return announce(name_of(self._py_func))
         loaded.append(name_of(self._py_func))
         return found
+
+    def _shipped(self, sig: Any, target_context: Any) -> Any:
+        """The function of the distribution with compiled kernels, if it has it for these sources."""
+        if (folder := folder_for(self._py_func.__module__)) is None:
+            return None
+        file: Any = Index(str(folder), self._impl.filename_base, self._cache_file._source_stamp)  # type: ignore[no-untyped-call]
+        key = self._index_key(sig, target_context.codegen())  # type: ignore[no-untyped-call]
+        data = file.load(key_for(key))
+        return data and self._impl.rebuild(target_context, data)  # type: ignore[no-untyped-call]
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled function; a full or read-only disk costs time at the next start, nothing else."""
@@ -79,16 +129,9 @@ class SourceCache(FunctionCache):
             tell(UNKEPT)
 
 
-class Unkept(NullCache):
-    """The cache of a function where no folder can be written: it keeps nothing."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._py_func = function
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Nothing: numba compiles."""
-        tell(UNKEPT)
-        return announce(name_of(self._py_func))
+def _is_for(found: Any, sig: Any) -> bool:
+    """Whether what was loaded is a function for a signature."""
+    return found is not None and tuple(found.signature.args) == tuple(normalize_signature(sig)[0])  # type: ignore[no-untyped-call]
 
 
 def cache_by_sources(dispatcher: Dispatcher) -> Dispatcher:
@@ -96,10 +139,7 @@ def cache_by_sources(dispatcher: Dispatcher) -> Dispatcher:
     function = dispatcher.py_func  # type: ignore[attr-defined]
     declared.append(name_of(function))
     if Path(function.__code__.co_filename).is_file():
-        try:
-            dispatcher._cache = SourceCache(function)  # type: ignore[attr-defined]
-        except RuntimeError:  # numba found no folder that it may write to
-            dispatcher._cache = Unkept(function)  # type: ignore[attr-defined]
+        dispatcher._cache = SourceCache(function)  # type: ignore[attr-defined]
     return dispatcher
 
 
