@@ -12,6 +12,7 @@ import pytest
 
 FENCE = re.compile(r"^(```|~~~|:::).*?^\1[ \t]*$", re.DOTALL | re.MULTILINE)
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+SCORES = re.compile(r"<!-- scores.*?<!-- /scores -->", re.DOTALL)  # columns of the leaderboard
 LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
 END = re.compile(r"(?<=[.!?])[\"')*]*\s+(?=[\"'(*`]*[A-Z0-9`])")
 ABBREVIATION = re.compile(r"\b(e\.g|i\.e|vs|cf|No|al|Fig|eq)\.")
@@ -27,8 +28,26 @@ GENERATED = {
 }
 DOCUMENTS = [page for page in sorted((ROOT / "docs").rglob("*.md")) if page.name not in GENERATED]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *DOCUMENTS]
+FOR_DEVELOPERS = {"architecture.md", "api.md", "developers.md", "reliability.md", "changelog.md"}
+FOR_DEVELOPERS |= {"contributing.md", "security.md", "leaderboard.md"}  # the leaderboard is looked up, not read
+MOST_WORDS = 30_000  # of running text on the pages for users, README included
+LONGEST = 2_800  # words of a page
+LATER = {"challenge.md", "submit.md"}  # are written again with the leaderboard
 MEDIAN, NINTH = 17, 27  # words in a sentence: half are below 18, and nine of ten are not longer than this
 OPTION = 100  # characters in the help of an option
+WORDS_OF_OURS = {  # what the field calls otherwise, and what to write instead
+    r"\b(is|are|be|was|were|gets?) paid\b|\bpays\b|\bpays? (the|it|them|for)\b|\bthe pay\b": "return, or concedes",
+    r"\btold\b(?!=)": "privileged, or knows",
+    r"\bbest (known )?(answers?|replies|reply)\b|\banswers known\b": "best responses",
+    r"\bboards?\b": "leaderboard",
+    r"\bdoors?\b": "interface",
+    r"\bdays that teach\b|\bdays to practise\b": "training episodes",
+    r"\b(best|no) constants?\b(?! action)": "constant action",
+    r"\bsearched\b": "tuned by search",
+    r"\bsurely\b": "an interval, or significantly",
+    r"\banew\b": "again",
+    r"\bstands? -": "a dash means",
+}
 OURS = re.compile(r"\b(E_v|A_impact|MTD[12]|venue|contestant|onset|seat|privileged|swarm|informed)\b")
 RIDDLES = re.compile(
     r"nothing runs along|whose merit|\blest\b|reads beside|as the bar|\blives? on\b|would be too near|goes? upon|"
@@ -83,6 +102,15 @@ def measure(found: list[str]) -> Measure:
     return Measure(len(found), lengths[(len(lengths) - 1) // 2], lengths[int(0.9 * (len(lengths) - 1))])
 
 
+def private(text: str) -> dict[str, str]:
+    """The private words of a text outside names in code, and what to write instead."""
+    plain = re.sub(r"```.*?```|`[^`\n]*`|\]\([^)]*\)|https?://\S+", " ", SCORES.sub("", text), flags=re.DOTALL)
+    plain = COMMENT.sub("", plain)
+    return {
+        found[0]: instead for bad, instead in WORDS_OF_OURS.items() if (found := re.search(bad, plain, re.IGNORECASE))
+    }
+
+
 def name(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
@@ -101,6 +129,22 @@ def test_a_page_with_words_of_ours_links_to_the_glossary(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     ours = OURS.findall(" ".join(paragraphs(text)))
     assert not ours or page.name == "glossary.md" or "glossary.md" in text, sorted(set(ours))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_a_page_uses_the_words_of_the_field(page: Path) -> None:
+    """Also in its tables, but not in code and names."""
+    assert page.name in LATER or not private(page.read_text(encoding="utf-8"))
+
+
+def test_pages_for_users_are_short_enough_to_be_read() -> None:
+    pages = [ROOT / "README.md", *(page for page in (ROOT / "docs").rglob("*.md") if page.name not in FOR_DEVELOPERS)]
+    count = {
+        name(page): sum(len(words(each)) for each in paragraphs(page.read_text(encoding="utf-8"))) for page in pages
+    }
+    longest = sorted(count.items(), key=lambda item: -item[1])[:5]
+    assert longest[0][1] <= LONGEST, longest
+    assert sum(count.values()) <= MOST_WORDS, f"{sum(count.values())} words; the longest pages: {longest}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

@@ -62,7 +62,7 @@ def show_meeting(
             out().print(Sheet("What the metrics say", ("Metric", "meaning"), meant, left=2))
         unit = f", in {units[RETURN]}" if units[RETURN] else ""
         paid = " + ".join(game.payoff_parts) if game.objective is None else game.objective.formula
-        out().print(f"The return is what the attacker is paid{unit}: {paid}.", markup=False)
+        out().print(f"The return is the attacker's{unit}: {paid}.", markup=False)
 
 
 def _play(

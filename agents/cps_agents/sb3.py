@@ -1,4 +1,4 @@
-"""The door for stable-baselines3: a batch of episodes as its `VecEnv`, in which its learners learn.
+"""Train with stable-baselines3: a batch of episodes as its `VecEnv`.
 
 `envs = make("RogueAttack")`, then `PPO("MlpPolicy", envs, **envs.settings)`.
 """

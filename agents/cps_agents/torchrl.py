@@ -1,4 +1,4 @@
-"""The door for TorchRL: both roles of a problem, or a team, in a batch of episodes."""
+"""Train with TorchRL: both roles of a problem, or a team, in a batch of episodes."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class DuelEnv(GroupsEnv):
     """B episodes in which attacker and defender are both learned: a group of agents for each role.
 
     It is the batched `parallel_env(num_envs=B)` of the problem, which is `envs`: a step lasts until the first of the
-    agents decides again, and each agent of a team is paid for its own part.
+    agents decides again, and each agent of a team gets its own part of the reward.
     """
 
     def __init__(self, problem: str, num_envs: int = 256, *, seed: int = 0, **options: Any) -> None:

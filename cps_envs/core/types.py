@@ -24,7 +24,7 @@ Generators: TypeAlias = Sequence[np.random.Generator]  # one for each episode th
 
 
 class Known(Protocol):
-    """What a privileged policy is told of an episode, by name; see `core.game.match.Told`."""
+    """What a privileged policy knows of an episode, by name; see `core.game.match.Told`."""
 
     def __getitem__(self, name: str, /) -> Any: ...
 

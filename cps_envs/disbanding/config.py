@@ -115,7 +115,7 @@ class DisbandingConfig:
     collision_penalty: float = quantity(0.0, unit="points of E_v", low=0, high=100, source="chosen: per 100/M vehicles")
     on_collision: str = quantity("continue", choices=("continue", "end"), source="chosen: ghosts go on, or the end")
     payoff: Payoff = objective({"velocity_error": {}}, source="(2.8), see `payoff_set`, and penalties; others chosen")
-    payoff_set: str = quantity("all", choices=("all", "intact_now"), source="chosen: whose speed errors are paid")
+    payoff_set: str = quantity("all", choices=("all", "intact_now"), source="chosen: whose speed errors count")
     defense_action: str = quantity(
         "vehicle", choices=("vehicle", "platoon"), source="chosen: one correction for each", form=("defender",)
     )

@@ -1,26 +1,17 @@
 """The documentation pages of the environments: what the disbanding problem shows to whoever plays it."""
 
-STORY = """\
-Cars drive in platoons: a computer keeps each car a few metres behind the next one, at 112 km/h. When one sensor fails,
-the platoon dissolves: its drivers take over, and they want far more room. So an attacker spoofs a sensor in the right
-platoon at the right time. A wave of braking then runs through all the traffic behind. The defender cannot undo the
-attack. It can only make the platoons behind give way early and gently, so that they neither stop nor crash.
-"""
-
 THREATS = """\
 | | attacker | defender |
 |---|---|---|
 | touches | 1 to 3 platoons; in `learning` also one radio link at a time | accelerations of intact vehicles |
 | sees | speeds and gaps of every platoon | every vehicle's speed, gap and command |
 | knows | when it will strike, and whether it may at all | who is disbanded; in `learning` late, by a bad radio |
-| pays for | each attack counts against its budget | collisions; in `learning` also noise |
+| is charged for | each attack counts against its budget | collisions; in `learning` also noise |
 """
 
 ATTACK = """\
 Disband platoons of vehicles so that the traffic behind them suffers.
 
-## Story
-{story}
 ## Description
 N = 10 platoons of n = 10 vehicles drive in one lane at 31 m/s. When a platoon is disbanded, human drivers take over.
 They want much larger gaps, so the platoon slows down and disturbs all the traffic behind it. The attacker chooses
@@ -34,13 +25,14 @@ can be disbanded once, from 1 s on, while the budget lasts. Any other choice mea
 `action_masks()` tell what is legal. With a budget of jamming, as in preset `learning`, the space is `Discrete(2 N)`.
 Action N + i then blocks the radio link ahead of platoon i.
 
-With `attack="jolt"`, as in preset `drivers`, nobody is disbanded by a message. i then makes one vehicle of platoon i
-brake by `jolt_mps2` for `jolt_s`, and each jolt counts against the budget. Drivers take over who are alarmed: by own
-braking beyond `alarming_braking_mps2`, a jerk beyond `alarming_jerk_mps3`, or a gap below `alarming_gap_m`. Each driver
-has limits of their own, and takes over after `reaction_s`. With the first of its drivers a platoon is disbanded.
+With `attack="jolt"`, as in preset `drivers`, no message disbands a platoon. i then makes one vehicle of platoon i
+brake by `jolt_mps2` for `jolt_s`, and each jolt counts against the budget. A driver takes over, after `reaction_s`,
+when alarmed: by braking beyond `alarming_braking_mps2`, a jerk beyond `alarming_jerk_mps3`, or a gap below
+`alarming_gap_m`. When the first driver takes over, the platoon is disbanded.
 
-Learners of preset `learning` meet adapter `timed` instead: when to strike, whom, and whether to jam. A step lasts
-until that is done and something can be chosen again, at most 60 s: so an episode has few decisions, and most count.
+In preset `learning`, adapter `timed` chooses when to strike, whom, and whether to jam. A step lasts until that is done
+and something can be chosen again, at most 60 s.
+
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["attacker"].decode(observation)` gives units back.
@@ -78,8 +70,6 @@ Dissertation, chapter 2: equations (2.1) to (2.9), Tables 2.1 to 2.3.
 DEFENSE = """\
 Correct the commands of intact vehicles so that a disbanded platoon disturbs the traffic as little as possible.
 
-## Story
-{story}
 ## Description
 The other side of `DisbandingAttack`. When a platoon ahead disbands, each intact vehicle behind it may add a
 correction to the acceleration that its platoon law commands. Collision avoidance (2.6) acts last and cannot be
@@ -108,15 +98,15 @@ follower to the law of all platoons. With level 1 of the first five parts nothin
 | wanted gap, m | 6 | 10 | 14 |
 | leaders' headway beside it, s | 0 | 0.2 | 0.5 |
 
-No single part is a follower, and neutral levels leave the law as it is. Constant numbers go far in this role: all
-five parts at level 2 score 88.8 ± 3.2 on split dev of the challenge, and the tuned follower `cacc` 96.4 ± 0.9.
+Neutral levels leave the law as it is. Constant actions are strong in this role: with all five parts at level 2 one
+scores 88.8 ± 3.2 on split dev of the challenge, and the tuned follower `cacc` 96.4 ± 0.9.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.
 
 {observation_table}
 
-In preset `drivers` no message tells of an attack. What the broadcast says begins when a driver has taken over.
+In preset `drivers` the broadcast says nothing until a driver has taken over.
 
 The table is of preset `paper`. In `learning` the warning travels from vehicle to vehicle, so `disbanded` is not
 observed. A vehicle's record is what it has heard of the nearest disbanded vehicle. `warned` tells whether there is a
@@ -129,8 +119,7 @@ The attacker's reward with the opposite sign. It falls by the increase of E_v (2
 and by the collision penalty.
 
 ## Starting State
-Steady state at 31 m/s, with gaps x_d inside platoons and h v_d = 46.5 m between them. Presets `easy` and `learning`
-perturb it.
+As in `DisbandingAttack`.
 
 ## Episode End
 Terminated after 180 s; with `on_collision="end"` also at the first collision of an intact vehicle. The

@@ -35,9 +35,7 @@ NEUTRAL = 1
 class PartsRoad(Follow):
     """One agent that adds parts of a follower to the law of all platoons: each with a wrong sign, not at all, or fully.
 
-    The parts: the predecessor's acceleration, the closing speed, room, the record of a disbanded vehicle, and how much
-    of the plain law remains. Two more entries choose the wanted gap and the leaders' headway. With the middle level of
-    all parts the platoons drive by their own law. No level of a single part is a follower.
+    With the middle level of all parts the platoons drive by their own law. No level of a single part is a follower.
     """
 
     shared = True

@@ -56,7 +56,7 @@ class FdiConfig:
     rate_resolution_mps: float = quantity(0.25, unit="m/s", low=0.001, high=50, source="section 3.5, which prints m/s2")
     max_range_injection_m: float = quantity(50.0, unit="m", low=0.001, high=1000, source=FREE)
     max_rate_injection_mps: float = quantity(10.0, unit="m/s", low=0.001, high=1000, source=FREE)
-    paid_pair: str = quantity("target", choices=("target", "any"), source="chosen: whose impact speed is paid")
+    paid_pair: str = quantity("target", choices=("target", "any"), source="chosen: whose impact speed counts")
     goal: str = quantity(
         "collision",
         choices=("collision", "instability"),

@@ -1,38 +1,28 @@
 """The documentation pages of the environments: what false data injection shows to whoever plays it."""
 
-STORY = """\
-Every car of a platoon measures its distance to the next one, and how fast that distance changes. The attacker has
-taken over a few of these sensors. It adds small lies to what they report, and wants two cars to hit each other as
-hard as possible. Every lie has to be plausible: readings and commands stay within their limits. In the duel a filter
-watches the readings, so a lie also has to look like noise. The defender decides which readings to believe.
-"""
-
 THREATS = """\
 | | attacker | defender |
 |---|---|---|
 | touches | the readings of its sensors, in whole steps | which readings are used, and small corrections |
 | sees | true gaps and speeds; in `learning` the filter's prediction | reported and expected readings, last commands |
 | knows | which sensors are attacked, from when on, whether at all | none of this |
-| pays for | in `learning` a lie that is rejected is wasted | small charges for replaced readings and corrections |
+| is charged for | in `learning` a lie that is rejected is wasted | replaced readings and corrections, a little |
 """
 
 ATTACK = """\
 Make two vehicles of a platoon collide by adding to what their sensors report.
 
-## Story
-{story}
 ## Description
 n = 4 vehicles keep gaps of 5 m at constant speed. Each vehicle follows its front sensors, which measure the distance
 ahead (range) and how fast it changes (range-rate). It also looks back at its follower. The attacker adds an injection
 to each attacked reading: a whole multiple of the sensor's resolution. Commands must stay within their limits, and
-readings must stay possible. The target vehicle should hit the one ahead as fast as possible. Vehicle 1 is the last.
-Vehicle n leads and follows a virtual reference.
+readings must stay possible. Vehicle 1 is the last. Vehicle n leads and follows a virtual reference.
 
 Preset `learning` is a duel with a defender that has a filter. All readings are noisy and rounded to the resolution,
 also those of the rear sensors. Disturbances last for 1 s, and a lie can hide in them. Each vehicle's change at times
-of their own, which nobody is told. The attacker sees the true
-errors and the filter's prediction. It also knows from when on injections work. In a quarter of the episodes they
-never do. An injection is added to the readings of the next step.
+of their own, unknown to both sides. The attacker sees the true errors and the filter's prediction. It also knows from
+when on injections work. In a quarter of the episodes they never do. An injection is added to the readings of the next
+step.
 
 ## Threat Model
 {threats}
@@ -57,11 +47,11 @@ readings the defender used.
 {observation_table}
 
 ## Rewards
-Zero until the end. Then the attacker is paid the closing speed of the target pair in m/s, if that pair collides. With
+Zero until the end. Then the reward is the closing speed of the target pair in m/s, if that pair collides. With
 `paid_pair="any"` the fastest colliding pair counts.
 
-With `goal="instability"` every step pays how much the errors of the target pair have grown, in m (`"any"`: of all
-pairs). The error is the root of e_x^2 + e_v^2, which is (3.20) with P = 1. The attacker also gains what an active
+With `goal="instability"` the reward of a step is how much the errors of the target pair have grown, in m (`"any"`: of
+all pairs). The error is the root of e_x^2 + e_v^2, which is (3.20) with P = 1. The attacker also gains what an active
 defender is charged for replaced readings and corrections, with either goal.
 
 The undiscounted return equals `info["impact_speed_mps"] + info["alarm_cost_mps"] + info["correction_cost_mps"]`. With
@@ -96,8 +86,6 @@ gains, limits, sampling time and horizons. We chose those here, and other values
 DEFENSE = """\
 Decide which sensor readings of a platoon to believe, so that falsified ones cause no collision.
 
-## Story
-{story}
 ## Description
 The other side of `FdiAttack`. It is an extension: the paper has no defender. The defender sees what the sensors
 reported in the last step, what a model of the platoon expected, and the commands. It never sees the true errors.
@@ -106,8 +94,7 @@ drifts away from the truth.
 
 In preset `learning` a Kalman filter predicts the readings of all front and rear sensors. Its estimate replaces what
 the defender does not trust. The defender judges readings before the vehicles use them. It does not know whether there
-is an attack, when it begins, or which sensors lie. Honest readings are noisy, and disturbances last for 1 s. Those of
-each vehicle change at times of their own, which nobody is told.
+is an attack, when it begins, or which sensors lie. Honest readings are noisy, and disturbances last for 1 s.
 
 ## Threat Model
 {threats}
@@ -128,7 +115,7 @@ fronts of vehicles 1..4 and at the rears of 2..4, then the range-rates.
 
 ## Rewards
 The attacker's reward with the opposite sign. The defender loses the impact speed at the end; in preset `defense` that
-of any pair. With `goal="instability"` it loses the growth of the target pair's errors instead. It also pays 0.01 m/s
+of any pair. With `goal="instability"` it loses the growth of the target pair's errors instead. It also loses 0.01 m/s
 per second for each replaced reading, and 0.01 times the mean size of its corrections over time.
 
 ## Starting State

@@ -16,7 +16,7 @@ class Metrics(NamedTuple):
     """What is measured in an episode so far; marks are 0 or 1."""
 
     impact_speed_mps: Annotated[
-        float, Measure("m/s", "what the attacker is paid at the end: impact of the target pair, or of any pair")
+        float, Measure("m/s", "the attacker's reward at the end: impact of the target pair, or of any pair")
     ]
     alarm_cost_mps: Annotated[float, Measure("m/s", "paid for replaced readings")]
     correction_cost_mps: Annotated[float, Measure("m/s", "paid for corrections")]

@@ -162,8 +162,8 @@ class Expected(Adapter):
 class Together(Expected):
     """One agent that chooses a level for all compromised sensors. It sees the mean of their rows.
 
-    Sensors that choose by themselves pull in different directions while they explore, and a lie pays with the square of
-    its size. Together they find out sooner which sign pays.
+        Sensors that choose by themselves pull in different directions while they explore, and the return grows with the
+    square of a lie. Together they find out sooner which sign is better.
     """
 
     def __init__(self, spec: RoleSpec) -> None:

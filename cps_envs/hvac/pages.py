@@ -1,11 +1,5 @@
 """The documentation pages of the environments: what the HVAC problem shows to whoever plays it."""
 
-STORY = """\
-A computer heats a house by what its temperature sensors say. An attacker has taken over some of the sensors and shows
-readings of its choice. The rooms get too hot or too cold while the display says that all is well. The defender does
-not know which sensors lie. So it moves the target: at each step it chooses a set of sensors to believe.
-"""
-
 THREATS = """\
 | | attacker | defender |
 |---|---|---|
@@ -13,14 +7,12 @@ THREATS = """\
 | may also touch, by fields | commands, set-points, messages | thermostats that hear neither |
 | sees | true temperatures; in `paper` and `easy` the last choice | all readings, residuals, estimates, heating |
 | knows | who is compromised, and from when on | neither |
-| pays for | nothing | nothing, but in `learning` the model alone drifts away |
+| is charged for | nothing | nothing, but in `learning` the model alone drifts away |
 """
 
 ATTACK = """\
 Forge temperature sensors of a heated building so that its rooms leave the 25 C that they should have.
 
-## Story
-{story}
 ## Description
 A model predictive controller heats four zones to 25 C by what the sensors say, every 120 s for a day. The attack
 begins at the onset. From then on the attacker replaces the readings of the compromised sensors. The defender chooses
@@ -41,7 +33,7 @@ sensor is:
 
 With `attack_action="bias"` there is no such entry, and the middle row holds. Entries of honest sensors have no effect,
 and before the onset no entry has. Both roles move at the same time. The attacker's action of step k forges the
-readings of k + 1, and the defender's answers those of k. The readings of k = 0 are never forged.
+readings of k + 1, and the defender's follows from those of k. The readings of k = 0 are never forged.
 `cps_envs.hvac.attack.absolute_action` and `bias_action` write actions in C.
 
 Three fields give the attacker more entries, in this order, and `with_powers` writes them. They change commands and
@@ -67,16 +59,15 @@ one, and T_a the number of states from the onset t_0 to the end. Before the onse
 first reward also has the term of x(0). The undiscounted return is exactly A_impact (4.19), `info["a_impact"]`. It
 ranges from 1 to thousands, so scale it for training.
 
-`payoff="discomfort"` pays the hours since the onset that zones are further than `comfort_c` from x_r, summed over
-zones (`info["discomfort_h"]`). `payoff="energy"` pays the heating since the onset (`info["attack_kwh"]`). It also takes
-weights of the metrics in `info`, such as `payoff={"a_impact": 1.0, "energy_kwh": 0.1}`, or a function of their growth.
+With `payoff="discomfort"` the return is `info["discomfort_h"]`: hours since the onset that zones are further than
+`comfort_c` from x_r. With `payoff="energy"` it is the heating, `info["attack_kwh"]`. `payoff` also takes weights of the
+metrics in `info`, or a function of their growth.
 
 ## Starting State
 All zones at 24 C at midnight, heating off. The presets draw the rest at each reset:
 
-- `easy` draws the onset, how many sensors are compromised, and which. It also draws the entries of the building's
-  matrix A_c within 2 %, and an unmeasured heat within 50 W in each zone. The controller and the observer do not know
-  these last two.
+- `easy` draws the onset, how many sensors are compromised, and which. It also draws the building's matrix A_c within
+  2 %, and an unmeasured heat within 50 W in each zone; the controller and the observer do not know these two.
 - `learning` is colder outside, so that a lie of either sign matters. It draws zero to three compromised sensors, and
   an onset after the observer's window is full. In each zone heat drifts by 50 to 150 W, and the weather differs from
   its forecast.
@@ -102,8 +93,6 @@ Dissertation, chapter 4 and appendix C: equations (4.1) to (4.33), Algorithms 3 
 DEFENSE = """\
 Choose which temperature sensors to believe while some of them lie.
 
-## Story
-{story}
 ## Description
 The other side of `HvacAttack`. When the attack begins, at the onset, some sensors of a heated building start to show
 what the attacker wants. At every step the defender chooses what its controller gets: the raw readings, an estimate of
@@ -129,12 +118,11 @@ the last N_e = 200 samples.
 With `thermostats=True` there is one more action, the last: thermostats on the spot heat each zone by its raw readings.
 They switch `hysteresis_c` from the set-point, and hear no commands and no set-points from elsewhere.
 
-The filters also estimate the heat that nobody measures. The other estimates take it for zero.
+The filters also estimate heat that no sensor measures. The other estimates take it for zero.
 
 Until the window of N_e samples is full (`ready`), `info["action_mask"]` and `action_masks()` allow only 0, sets + 1 and
 thermostats. Sets + 1 then means recursive least squares of all sensors. Moving target defences draw among the sets
-that `better_half` (MTD1) or `passes` (MTD2) marks in the observation. Both marks answer the newest readings and are
-computed in full precision.
+that `better_half` (MTD1) or `passes` (MTD2) marks in the observation.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back. The

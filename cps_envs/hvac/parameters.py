@@ -158,7 +158,7 @@ class Parameters:
     )
     payoff: Payoff = objective(
         {"impact": {}, "discomfort": {"discomfort_h": 1.0}, "energy": {"attack_kwh": 1.0}},
-        source="chosen: what the attacker is paid, A_impact (4.19), hours of zones out of comfort, or heating",
+        source="chosen: the attacker's objective, A_impact (4.19), hours of zones out of comfort, or heating",
     )
     comfort_c: float = quantity(
         1.0,

@@ -40,7 +40,7 @@ class Weather(NamedTuple):
 
 
 def read_epw(path: str | Path, depth: int = 0) -> Weather:
-    """Dry bulb, ground at one of the depths that the head lists, the first unless told otherwise, and sun of an EPW.
+    """Dry bulb, ground at one of the depths that the head lists (the first by default), and sun of an EPW.
 
     Raises:
         ConfigurationError: the file cannot be read, or a line in it cannot be right.

@@ -143,7 +143,7 @@ class GiveWayVehicle(Adapter):
 
 
 class GiveWay(GiveWayVehicle):
-    """One agent for the platoon: give way to the suspect (1), or to nobody (0).
+    """One agent for the platoon: give way to the suspect (1), or not (0).
 
     The suspect is the vehicle that is given way; where there is none, the one that has disobeyed most. An agent that
     says 1 from the start on gives way to somebody honest, and stays with it. It says 0 and then 1 to change its mind.

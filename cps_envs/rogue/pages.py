@@ -1,35 +1,25 @@
 """The documentation pages of the environments: what the rogue-vehicle problem shows to whoever plays it."""
 
-STORY = """\
-One car in the middle of a platoon no longer obeys its computer: somebody else drives it. It can only accelerate and
-brake, and it wants the cars around it to collide. Rocking back and forth works, if the rhythm excites the controllers
-of the others. The defender drives the honest cars. They can ignore the car ahead or the one behind, or hand over to
-their drivers. But first they have to find out which car is the rogue.
-"""
-
 THREATS = """\
 | | attacker | defender |
 |---|---|---|
 | touches | the effort of the seized vehicle | controllers and separations of the others, or their accelerations |
 | sees | its own speed, the gaps ahead and behind | all gaps, speeds, orders and alarms; noisy in `learning` |
 | knows | who is seized, from when on, with what engine | in `paper` who is seized; in `learning` nothing |
-| pays for | nothing | leaving the formation, in `easy` and `learning` |
+| is charged for | nothing | leaving the formation, in `easy` and `learning` |
 """
 
 ATTACK = """\
 Drive one vehicle of a platoon so that its neighbours collide as hard as possible.
 
-## Story
-{story}
 ## Description
 Five vehicles drive at 25 m/s, 9 m apart between centres. The attacker has seized the middle one, and makes it
 accelerate and brake. The others keep the platoon, detect the attack, and follow or leave the seized vehicle. Its
 engine may be stronger than theirs (`power_ratio`). Vehicles are numbered 1 (rear) to n (leader).
 
-In preset `learning` there are 4 to 8 vehicles, and any but the leader may be seized. The defender is not told which.
+In preset `learning` there are 4 to 8 vehicles, and any but the leader may be seized. The defender does not know which.
 A quarter of the episodes has no attack: then the action has no effect. `attacker_index` up to `num_vehicles` lets the
-leader be seized, too. `attacker_indices=(2, 4)` has several vehicles attack together, by one attacker who decides for
-each of them.
+leader be seized, too. With `attacker_indices=(2, 4)` one attacker drives several vehicles.
 
 ## Threat Model
 {threats}
@@ -48,13 +38,12 @@ the vehicle drives by the sliding mode, or with `orders="all"` as the defender o
 ## Rewards
 The increase of the damage D (5.8) over all neighbouring pairs, plus `formation_weight_mps2` times the increase of the
 formation cost. The weight is 0.5 in preset `easy` and 0.2 in `learning`. There an attacker that stands still earns
-little: nobody has a place beyond it. The undiscounted return equals `info["damage"] + info["formation_charge"]`.
+little: no vehicle has a place beyond it. The undiscounted return equals `info["damage"] + info["formation_charge"]`.
 
 `contact` says what damage is. With `"pass"`, the paper's accounting, vehicles pass through one another. D is then the
 distance in m that they move relative to one another while in contact or in the wrong order. With `"solid"` they
 collide inelastically, and D is the sum of the impact speeds in m/s. Pushing does not count. Bumpers take
-`bumper_mps` of each impact: none in `paper` and `easy`, 2 m/s in `learning`. There an impact at 8 m/s pays 6 m/s, and
-tapping pays nothing.
+`bumper_mps` of each impact: none in `paper` and `easy`, 2 m/s in `learning`. There an impact at 8 m/s counts as 6 m/s.
 
 ## Starting State
 Steady state: separations of 9 m, 25 m/s, the leader on its reference. Preset `learning` perturbs it. It also draws the
@@ -85,14 +74,12 @@ Dissertation, chapter 5: equations (5.1) to (5.15), Table 5.1, Figs. 5.1 to 5.11
 DEFENSE = """\
 Drive the intact vehicles of a platoon so that the seized one does little damage.
 
-## Story
-{story}
 ## Description
 The other side of `RogueAttack`. The vehicles' controllers and detectors run inside the simulation at every integration
 step. Every 0.1 s the defender selects each vehicle's controller or, with `defense_action="command"`, its acceleration.
 In `learning` it selects for each vehicle one of either.
 
-In preset `learning` the defender is not told who is seized, so it gives orders to all vehicles. The seized vehicle
+In preset `learning` the defender does not know who is seized, so it gives orders to all vehicles. The seized vehicle
 obeys until the attack begins, at the onset. From then on it ignores its orders, and reports what an intact vehicle in
 its place would report.
 
@@ -126,10 +113,7 @@ are accelerations before drag, held for 0.1 s: -1 for -7.5 m/s2, 0 for none, 1 f
 `learning` has `defense_action="either"` and `MultiDiscrete([11, 2] * n)`: after the controllers there are five such
 accelerations, 6 for -1, 7 for -0.5, 8 for 0, 9 for 0.5, and 10 for 1. A vehicle that plays one shows no law.
 
-Learners play through the adapter `give_way`. 0 leaves all vehicles to the sliding mode. 1 has the others give way to
-the suspect: vehicles behind it follow, and those ahead keep out of its way. Nobody says who is seized. The learner sees
-how far the suspect has disobeyed its orders, and the distances around it. With `give_way_vehicle` each vehicle is an
-agent.
+
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.
@@ -144,18 +128,13 @@ The attacker's reward with the opposite sign. The defender loses the increase of
 The formation cost is the time integral of the mean of two errors: the intact vehicles' mean speed error (over v_ref)
 and their mean separation error (over 10 sigma), each limited to 1. With `formation_cost="log_place"` it is the time
 integral of log(1 + d). Here d is the vehicles' mean distance in sigma from their places behind the reference. The
-seized vehicle does not count from the onset on. With `"open_place"` (`learning`) nobody has a place beyond the seized
-vehicle either, since nobody can pass it. Without a cost (`paper`), driving apart wins at once.
+seized vehicle does not count from the onset on. With `"open_place"` (`learning`) no vehicle has a place beyond the
+seized one either, since none can pass it. Without a cost (`paper`), driving apart wins at once.
 
 ## Starting State
 Steady state: separations of 9 m, 25 m/s, the leader on its reference. Preset `learning` perturbs it. It also draws the
 number of vehicles, which one is seized, the power ratio, drive, drag and the reference speed. Finally it draws
-whether there is an attack, and when it begins. `learning` adds sensor noise to the observation, but not to what the
-vehicles' own controllers and detectors see.
-
-In preset `city` the reference drives a cycle (`leader_speed_mps`): the EPA's UDDS, 23 minutes of stop and go. Episodes
-begin at a drawn second of it, for training and for judgements in blocks of two minutes by turns (`series_split`,
-`series_block_s`).
+whether there is an attack, and when it begins.
 
 ## Episode End
 Terminated after 100 s (`paper`, `oscillation`, `seats`) or 60 s, never before.

@@ -23,8 +23,8 @@ def test_version() -> None:
 
 def test_list_names_environments_and_policies() -> None:
     printed = succeeded("list", "disbanding").stdout
-    shown = ("cps_envs:cps_envs/DisbandingAttack-v0", "swarm_env", "learning", "heuristic", "told: model")
-    for name in (*shown, "Told: knows"):
+    shown = ("cps_envs:cps_envs/DisbandingAttack-v0", "swarm_env", "learning", "heuristic", "privileged: model")
+    for name in (*shown, "Privileged: knows"):
         assert name in printed
 
 

@@ -53,7 +53,7 @@ def test_a_file_is_written_that_changes_nothing(tmp_path: Path) -> None:
 def test_another_payoff_is_printed_and_says_what_no_longer_holds(house: str) -> None:
     weights = ("--set", 'payoff={"a_impact": 1, "energy_kwh": 0.1}')
     result = succeeded(*PLAYED[:-1], "--config", house, *weights)
-    assert "The return is what the attacker is paid: a_impact + 0.1 energy_kwh." in result.stdout
+    assert "The return is the attacker's: a_impact + 0.1 energy_kwh." in result.stdout
     assert "certified bounds, frozen scores" in " ".join(result.stderr.split())
     found = json.loads(succeeded(*PLAYED, "--config", house, *weights).stdout)["episodes"][0]
     assert found["return"] == pytest.approx(found["a_impact"] + 0.1 * found["energy_kwh"])

@@ -222,8 +222,8 @@ def test_the_command_learns_is_interrupted_and_goes_on(tmp_path: Path, monkeypat
     resumed = succeeded(*base, "--iterations", "2", "--resume", "--json")
     found = json.loads(resumed.stdout)
     assert list(found["pool"]["attacker"]) == ["none", "response 1", "response 2"]
-    assert "Round 1: the attacker is paid 5" in resumed.stderr
-    assert "Round 2: the attacker is paid" in resumed.stderr
+    assert "Round 1: the attacker's return is 5" in resumed.stderr
+    assert "Round 2: the attacker's return is" in resumed.stderr
     first, second = (each["bounds"] for each in found["iterations"])
     assert first["attacker_gain"]["mean"] > 10  # 15 hits, found from reward alone
     assert first["defender_gain"]["mean"] > 4  # of 5 that idle dials are charged

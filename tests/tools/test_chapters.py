@@ -165,7 +165,7 @@ def test_an_old_page_is_found_and_written_anew(
 
 def test_a_role_has_a_page_with_everything_that_there_is_to_know(pages: dict[str, str]) -> None:
     page = pages["environments/DisbandingAttack.md"]
-    for heading in ("Story", "Threat Model", "Action Space", "Observation Space", "Presets and Baselines"):
+    for heading in ("Threat Model", "Action Space", "Observation Space", "Presets and Baselines"):
         assert f"\n## {heading}\n" in page
     for heading in ("Code to Start", "Rewards", "References", "Version History"):
         assert f"\n## {heading}\n" in page

@@ -45,8 +45,8 @@ def index() -> str:
     """The page that lists all games and their environments."""
     lines = [f"# Games\n\n{MARK}"]
     lines.append(
-        "Each game has a page of its own: what it is about, who knows what, how to attack and defend, and what the "
-        "baselines reach. Each role has a page with its actions, observations and rewards.\n"
+        "Choose a game and a role. Each game has a page of its own: who knows what, how to attack and defend, and what "
+        "the baselines reach. Each role has a page with its actions, observations and rewards.\n"
     )
     for problem in PROBLEMS.values():
         title = (DOCS / f"{problem.name}.md").read_text(encoding="utf-8").partition("\n")[0].lstrip("# ")
@@ -128,9 +128,8 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     decisions = -(-game.horizon // (game.decision_interval[role] * training.frame_skip))
     yield "## For Learners\n"
     yield (
-        "A learner plays the role through an *adapter*, which offers fewer and more telling actions. **An episode has "
-        f"{decisions} decision{'s' * (decisions > 1)}, each for {interval_s:g} s.** These lines train PPO of "
-        "stable-baselines3 with settings that work; [Learning](../learning.md) explains them.\n"
+        f"**An episode has {decisions} decision{'s' * (decisions > 1)}, each for {interval_s:g} s.** These lines "
+        "train PPO of stable-baselines3 with settings that work; [Learning](../learning.md) explains them.\n"
     )
     yield f'`info["cost"]` is the increase of `{problem.cost}`, with a limit of {problem.cost_limit:g} an episode.\n'
     yield (
@@ -155,7 +154,8 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
             if len(adapter.agents) == 1
             else f"{len(adapter.agents)} agents, `{first}` to `{last}`, act"
         )
-        yield f"### Adapter `{name}`\n\n{inspect.getdoc(type(adapter)) or ''}\n"
+        meaning = (inspect.getdoc(type(adapter)) or "").partition("\n\nRaises:")[0]
+        yield f"### Adapter `{name}`\n\n{meaning}\n"
         yield f"{who} in `{adapter.action_space}`. The neutral action is {_action(adapter.neutral_action)}.\n"
         table = adapter.fields.table().splitlines()
         yield _seen(table, shown)

@@ -36,7 +36,7 @@ The table gives mean returns of an episode. Its last column is the mean of paire
 its best action plays a constant, so its return before training may be high. One training seed and a CPU minute do not
 rank libraries.
 
-| program | role | before | after | random | best constant | after minus random |
+| program | role | before | after | random | best constant action | after minus random |
 |---|---|---|---|---|---|---|"""
 
 
@@ -233,7 +233,7 @@ def page(rows: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         yield f"| {title} | {row['role']} | {numbers} | {verdict}: {mean:+.3f} ± {half:.3f} |"
     learned = sum(bool(row.get("learns")) for row in rows.values())
     better = sum(row["over_constant"][0] > row["over_constant"][1] for row in rows.values() if "over_constant" in row)
-    yield f"\n{learned} of {len(rows)} programs learn. {better} of them also exceed the best constant.\n"
+    yield f"\n{learned} of {len(rows)} programs learn. {better} of them also exceed the best constant action.\n"
     for row in rows.values():
         if row["note"]:
             yield f"- {row['title']}, {row['role']}: {row['note']}"

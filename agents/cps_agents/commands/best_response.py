@@ -49,7 +49,7 @@ from cps_envs.core.types import Role, other
 AGAINST = "Respond to this {}: its name or zoo:NAME. May be repeated: several are mixed."
 COMPARED = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
 PRESET = "Preset of the environment; default: the one the opponent learned in, or else the recipe's."
-ENTRY = "Respond to this entry of a board, leaderboard/v1/TRACK/NAME.json, in its game; keep what is found."
+ENTRY = "Respond to this leaderboard entry, leaderboard/v1/TRACK/NAME.json, in its game; keep what is found."
 LEAST_EPISODES = 16  # for a board
 LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configuration."
 
@@ -89,13 +89,15 @@ def best_response(
 
     Our own PPO looks for one, and a search over the numbers of hand-made policies. Validation seeds choose among all
     that they find and all policies known before; the best of both play fresh episodes. The result is a lower bound: a
-    better response may exist that nobody found.
+    better response may exist.
     """
     if entry is not None:
         if attacker or defender or preset or overrides or config:
             raise CommandError("--entry names opponent and game: leave out --attacker, --defender, --preset, --config")
         if episodes < LEAST_EPISODES:
-            raise CommandError(f"--entry takes --episodes {LEAST_EPISODES} or more: the board says how sure a pay is")
+            raise CommandError(
+                f"--entry takes --episodes {LEAST_EPISODES} or more, for the interval on the leaderboard"
+            )
         attacker, defender, preset = _entered(entry, problem, role_named(role))
     mine, against = role_named(role), _against(role_named(role), attacker, defender)
     asked = described(find_problem(problem), preset, config, overrides)
@@ -150,7 +152,7 @@ def _keep(entry: Path, judgement: Judgement, known: Sequence[Contestant], respon
         gain=judgement.gain,
         cpu_s=responses.cpu_s,
     )
-    note(f"On the board: {keep_exploit(entry, kept)}")
+    note(f"On the leaderboard: {keep_exploit(entry, kept)}")
 
 
 def _question(
@@ -220,13 +222,13 @@ def _show(question: Question, responses: Responses, judgement: Judgement, over_v
         for name, found in judgement.validation.items()
     ]
     unit = find_problem(question.venue.problem).unit_of(question.venue.config) or "return"
-    title = f"{question.venue.problem}: what the attacker is paid, {unit}; opponent: {question.strategy.reference}"
-    console.print(Sheet(title, (question.role, "pay, all", "pay, fresh episodes", "found in, CPU s"), rows))
+    title = f"{question.venue.problem}: the attacker's return, {unit}; opponent: {question.strategy.reference}"
+    console.print(Sheet(title, (question.role, "return, all", "return, fresh episodes", "found in, CPU s"), rows))
     console.print(_verdict(f"the best policy known before, {judgement.known},", judgement.gain), markup=False)
     if over_value is not None:
         console.print(_verdict("the value of the league's game", over_value), markup=False)
     what = "worst attack" if question.role == "attacker" else "best defence"
-    console.print(f"The {what} found is {judgement.best}: it pays the attacker {judgement.pay:.4g}.", markup=False)
+    console.print(f"The {what} found is {judgement.best}: the attacker's return is {judgement.pay:.4g}.", markup=False)
     console.print(f"Spent: {responses.steps:,} steps, {responses.cpu_s:.0f} CPU s.")
 
 

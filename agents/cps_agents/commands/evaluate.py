@@ -38,7 +38,7 @@ from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.types import FloatArray, Role, other
 
 BASELINE = "Compare with this policy, or with `all` that can play; may be repeated."
-METRIC = "Measure this metric; `return` is what the attacker is paid."
+METRIC = "Measure this metric; `return` is the attacker's."
 MARK = "*"  # of a baseline that the intervals say less about
 HIDDEN = "!"  # of a policy whose worst training seed lies outside its interval
 MOST = 1_000_000  # evaluation seeds

@@ -53,7 +53,7 @@ def league(
     episodes: Annotated[
         int, typer.Option(min=1, max=MOST, help="Play so many episodes of each pair, on seeds 0, 1, ...")
     ] = 50,
-    metric: Annotated[str, typer.Option(help="Pay this metric; `return` is the attacker's payoff.")] = "return",
+    metric: Annotated[str, typer.Option(help="Play for this metric; `return` is the attacker's.")] = "return",
     folder: Annotated[Path, typer.Option("--out", help="Write files to this folder.")] = Path("league"),
     html: Html = None,
     meetings: Meetings = MEETINGS,

@@ -19,7 +19,7 @@ from cps_envs.core.policies.lookup import policy_names
 from cps_envs.core.types import ROLES
 
 CONFIG = "Write a configuration file with every field of one problem."
-TOLD = "Told: knows more than it observes. "
+PRIVILEGED = "Privileged: knows more than its role observes. "
 
 
 def show(
@@ -48,8 +48,8 @@ def show(
         found = [describe_problem(find_problem(name)) for name in names]
         for each in found:
             _show_problem(each)
-        told = any(policy["privileged"] for each in found for role in ROLES for policy in each["policies"][role])
-        out().print(f"{TOLD * told}With --trust a policy can also be named as module:attribute.")
+        knows = any(policy["privileged"] for each in found for role in ROLES for policy in each["policies"][role])
+        out().print(f"{PRIVILEGED * knows}With --trust a policy can also be named as module:attribute.")
     else:
         rows = [
             (each.name, each.summary, *(str(len(policy_names(each.name, role))) for role in ROLES))
@@ -78,7 +78,7 @@ def _remark(policy: Mapping[str, Any]) -> Cell:
     if policy["missing"]:
         extra = EXTRAS[policy["missing"]]
         return styled(f'needs {policy["missing"]}: pip install "cps-envs[{extra}]"', "yellow")
-    told, elsewhere = ", ".join(policy["privileged"]), policy["plays_in"]
-    marks = (f"told: {told}" if told else "", f"plays {elsewhere}, not learning" if elsewhere else "")
+    known, elsewhere = ", ".join(policy["privileged"]), policy["plays_in"]
+    marks = (f"privileged: {known}" if known else "", f"plays {elsewhere}, not learning" if elsewhere else "")
     found = "; ".join(filter(None, marks))
     return styled(f"({found})", "magenta", f"{policy['summary']} ") if found else str(policy["summary"])

@@ -31,9 +31,9 @@ ALGORITHM = "Algorithm: shared-ppo, our own PPO, or cma-es, a search for the num
 CONFIG = "Repeat the run of this run.json, but for other options; or train in the system of this FILE.toml."
 TRACKER = "Send curves to tensorboard or none."
 EXPLANATION = (
-    "Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed. Validation is what the "
-    "attacker is paid, for a defender with a minus: the mean over the shipped seeds, on the episodes that chose among "
-    "their networks, so it is no result. `--json` shows opponents and every knob."
+    "Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed. Validation is the "
+    "return of the role: the mean over the shipped seeds, on the episodes that chose among their networks, so do not "
+    "cite it. `--json` shows opponents and every knob."
 )
 merge = Later("cps_agents.zoo.merging:merge")  # loads compiled kernels, which --list need not wait for
 OPPONENT = "Train against this {}: a name, mixture?policies=[...] or zoo:NAME. Default: the recipe's."

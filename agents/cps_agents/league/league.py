@@ -24,7 +24,7 @@ Dominators: TypeAlias = list[FloatArray | None]
 
 
 def asked(venue: Venue, references: Mapping[Role, Sequence[str]], episodes: int, metric: str = RETURN) -> Table:
-    """A table of everybody who is asked to take part; `all`, and nobody, stands for the usual ones."""
+    """A table of all who are asked to take part; `all`, or no name, stands for the usual ones."""
     attackers, defenders = (contestants(venue, wanted(venue, role, references.get(role))) for role in ROLES)
     return Table(venue, attackers, defenders, episodes, metric)
 

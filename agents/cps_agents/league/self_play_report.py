@@ -57,8 +57,8 @@ def table(outcome: LeagueOutcome) -> Sheet:
         )
         for name, found in zip(names, [*outcome.bounds, outcome.final_bounds], strict=True)
     ]
-    columns = ("round", "pay", "an attacker gains", "a defender gains", "both", "both, at most", "best replies")
-    title = f"{outcome.game.venue.problem}: what the attacker is paid ({_unit(outcome)}), and what a best reply gains"
+    columns = ("round", "return", "an attacker gains", "a defender gains", "both", "both, at most", "best responses")
+    title = f"{outcome.game.venue.problem}: the attacker's return ({_unit(outcome)}), and what a best response gains"
     return Sheet(title, columns, rows)
 
 
@@ -66,7 +66,7 @@ def tell_round(outcome: LeagueOutcome) -> str:
     """The last round in a sentence each."""
     found, number = outcome.bounds[-1], len(outcome.bounds)
     return (
-        f"Round {number}: the attacker is paid {found.value:.4g} {_unit(outcome)} when both play. "
+        f"Round {number}: the attacker's return is {found.value:.4g} {_unit(outcome)} when both play. "
         f"Against the defender's mixture {found.best_attacker} gains {found.attacker_gain:.4g}; "
         f"against the attacker's {found.best_defender} gains {found.defender_gain:.4g}."
     )

@@ -151,7 +151,7 @@ class Recipe:
         return steps if steps < UNBOUNDED else math.ceil(self.most_cpu_s)
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
-        """What episodes that end with `outcome`, (B,) each, are worth, the higher the better: what is searched for."""
+        """What episodes that end with `outcome`, (B,) each, are worth; training and search look for the highest."""
         worth: FloatArray = SIGN[self.role] * outcome[self.evaluation_metric]
         return worth
 

@@ -108,7 +108,7 @@ class TrainingJob:
         """Whether the job may begin, or go on.
 
         Raises:
-            CommandError: there is another run in the folder, or an unfinished one that nobody asked to go on with.
+            CommandError: there is another run in the folder, or an unfinished one and `resume` is false.
             DamagedFileError: `run.json` is damaged.
         """
         self.check_same()
@@ -116,7 +116,7 @@ class TrainingJob:
             raise CommandError(f"{self.folder} holds an unfinished run: continue with --resume, or delete it")
 
     def start_tracker(self) -> RunTracker:
-        """What its curves are told to."""
+        """Where its curves go."""
         return make_tracker(self.tracker, self.folder)
 
 

@@ -195,7 +195,7 @@ def cacc(spec: RoleSpec, told: str = "nothing", untrained: bool = False, **numbe
     `untrained` those that the search began with.
 
     Raises:
-        ConfigurationError: it is told something else, or an unknown number.
+        ConfigurationError: `told` is something else, or a number is unknown.
     """
     if told not in TOLD:
         raise ConfigurationError(f"told = {told!r} is not known. {near(told, TOLD)}")

@@ -15,7 +15,7 @@ TOLD = ("disbanding_s", "position", "speed", "acceleration", "command")
 
 
 class Informed(StringController):
-    """Plays `string` with perfect warnings: it is told of every disbanding at once, and its gains suit that."""
+    """Plays `string` with perfect warnings: it knows every disbanding at once, and its gains suit that."""
 
     privileged = frozenset({"truth"})
 

@@ -87,7 +87,7 @@ class Plan(PlannedAttack):
 
 
 class RandomPlan(PlannedAttack):
-    """Disbands K different platoons at K random whole seconds, drawn anew for each episode.
+    """Disbands K different platoons at K random whole seconds, drawn for each episode.
 
     A uniformly random *action* would spend the budget in the first seconds, which is nearly the best timing.
     `front_bias` weighs platoon i by exp(front_bias * i / N): 0 is uniform, larger prefers the front.

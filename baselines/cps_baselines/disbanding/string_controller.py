@@ -62,7 +62,7 @@ def shipped_gains(form: str) -> tuple[FloatArray, float]:
 
 @advises("cps_baselines.disbanding.advised:Strung")
 class StringController(Corrections):
-    """Lets each vehicle choose its own gap, by searched gains: one set for leaders, one for all others.
+    """Lets each vehicle choose its own gap, by tuned gains: one set for leaders, one for all others.
 
     Form "warned" acts on the warning and on its own detection and uses the record; "local" uses no warning at all;
     "informed" has the numbers for a warning that is perfect.

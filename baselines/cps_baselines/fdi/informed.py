@@ -11,7 +11,7 @@ from cps_envs.core.types import Array, Generators, Knowledge, State
 
 
 class Informed(AnalyticPolicy):
-    """Is told which sensors are attacked, and replaces exactly those readings from the attack's first step on.
+    """Knows which sensors are attacked, and replaces exactly those readings from the attack's first step on.
 
     Raises:
         ConfigurationError: the configuration has no filter.

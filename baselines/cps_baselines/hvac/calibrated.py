@@ -48,7 +48,7 @@ class Calibration:
 def calibrate(config: HvacConfig, seeds: Sequence[int] = SEEDS) -> Calibration:
     """Play attack-free episodes under MTD1, one per seed, and keep the largest mean residuals.
 
-    Calibrate anew for each number of sensors, noise, window and mismatch between plant and model: eps is valid for the
+    Calibrate again for each number of sensors, noise, window and mismatch between plant and model: eps is valid for the
     configuration that it was found under.
     """
     largest = np.zeros((len(seeds), 1))

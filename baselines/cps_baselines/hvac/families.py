@@ -110,7 +110,7 @@ def bayes(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Bayes:
 
 
 def warm_tracker(spec: RoleSpec, untrained: bool = False, **numbers: float) -> Policy:
-    """Plays `tracker` towards warmer readings, more slowly and with less noise: searched against `bayes`.
+    """Plays `tracker` towards warmer readings, more slowly and with less noise: tuned by search against `bayes`.
 
     `numbers` are `level`, `gain`, `noise` and `cap_c` of `tracker`; left out, those of `searched.json`, or with
     `untrained` those that the search began with.

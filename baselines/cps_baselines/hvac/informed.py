@@ -12,7 +12,7 @@ from cps_envs.hvac.sensors import sensor_sets
 
 
 class Informed(AnalyticPolicy):
-    """Is told which sensors are compromised, and believes the Kalman filter of all others.
+    """Knows which sensors are compromised, and believes the Kalman filter of all others.
 
     Raises:
         ConfigurationError: a configuration without Kalman filters.
@@ -35,7 +35,7 @@ class Informed(AnalyticPolicy):
 
 
 class Truth(AnalyticPolicy):
-    """Is told the true temperatures, and picks the estimate nearest to them.
+    """Knows the true temperatures, and picks the estimate nearest to them.
 
     It is no bound: a choice also steers the heating, and one that looks ahead can pay less. Nearest is by the sum of
     squared differences over the zones. Before the window is full it takes the model's choice, the

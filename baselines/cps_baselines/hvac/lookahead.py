@@ -13,7 +13,7 @@ from cps_envs.hvac.game import HvacGame
 
 
 class Lookahead(AnalyticPolicy):
-    """Plays every legal choice for `horizon_steps` on copies of the episode, and holds the one that pays least.
+    """Plays every legal choice for `horizon_steps` on copies of the episode, and holds the one that costs least.
 
     It knows the present and not the future: the copies have no noise to come, unknown heat and the forecast's error
     stay what they are now, and liars go on with the bias that they show. No attack begins in them, and all costs count

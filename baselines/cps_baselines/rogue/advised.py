@@ -100,7 +100,7 @@ class Monitored(Vehicle):
             Field("others_disobeyed", "m/s", 0, SUM_MPS, (), "the largest sum of another one"),
             Field("strength", "m/s2", 0, STRENGTH_MPS2, (), "of the suspect, 0 if nobody is suspected"),
             Field("suspect", "-", 0, 1, (2 * NEAR + 1,), "how many places ahead the suspect is, one-hot from the rear"),
-            Field("advice", "-", 0, 1, (self._choices,), "controller or acceleration that it is told, one-hot"),
+            Field("advice", "-", 0, 1, (self._choices,), "controller or acceleration that it is advised, one-hot"),
         )
 
     def advisor(self) -> Monitor | Guard:

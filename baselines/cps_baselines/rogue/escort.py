@@ -16,7 +16,7 @@ class Escort(AnalyticPolicy):
     """From the onset on, vehicles ahead of the attacker give way to it, and those behind it follow.
 
     Nobody ahead lets the vehicle behind it come up faster than it can avoid. The neighbor of an attacker that is near
-    mirrors its acceleration, so that no gap opens for a run-up. A slow attacker is left alone. It is told the seat and
+    mirrors its acceleration, so that no gap opens for a run-up. A slow attacker is left alone. It knows the seat and
     the onset, orders one of the accelerations of `LEVELS`, and filters what it measures of the gaps. `numbers` is
     (19,), or (B, 19) with one set per episode: `Ways`.
 

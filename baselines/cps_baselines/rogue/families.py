@@ -77,7 +77,7 @@ ESCORT = Family(
 
 
 def escort(spec: RoleSpec, **numbers: float) -> Escort:
-    """Is told who attacks and from when on: vehicles ahead of it give way, and the nearest one mirrors it.
+    """Knows who attacks and from when on: vehicles ahead of it give way, and the nearest one mirrors it.
 
     `numbers` are those of `Ways`, such as `near_m`; left out, those that a search found.
 

@@ -86,7 +86,7 @@ def nearest_traces(traces: FloatArray, centres: FloatArray) -> Array:
 
 @advises("cps_baselines.rogue.advised:Contesting")
 def contested(spec: RoleSpec, against: str = "monitor") -> Switching:
-    """Plays `switching` with weights searched against one defender in preset `learning`.
+    """Plays `switching` with weights tuned by search against one defender in preset `learning`.
 
     Raises:
         ConfigurationError: nothing was searched against that defender.

@@ -31,9 +31,9 @@ def responses() -> dict[str, dict[str, Any]]:
 
 
 class Informed(AnalyticPolicy):
-    """Is told the attack: `delay_s` after the onset it switches to the laws that were searched against it.
+    """Knows the attack: `delay_s` after the onset it switches to the laws that were tuned against it.
 
-    It is told the seat, the onset and the attacker; its laws are in `responses.json`. Against an attacker that is not
+    It knows the seat, the onset and the attacker; its laws are in `responses.json`. Against an attacker that is not
     in there, and where `apart` is given, it takes those of `Monitor` or the given ones.
     With a delay it shows what a detection that takes so long could reach at best.
 

@@ -143,4 +143,4 @@ def _look(env: Any, observations: Any, rewards: Any, infos: Any, where: str) -> 
         assert env.observation_space(agent).contains(observation), f"{where} {agent} observes what is not in its space"
         values = {"its reward": rewards.get(agent, 0.0), **infos[agent]}
         wrong = {name: value for name, value in values.items() if isinstance(value, float) and not math.isfinite(value)}
-        assert not wrong, f"{where} {agent} is told {wrong}"
+        assert not wrong, f"{where} {agent} gets {wrong}"

@@ -55,7 +55,7 @@ def check_flat(subject: Subject) -> None:
 def check_training(subject: Subject) -> None:
     """The environment that learners train on is the vector form on training seeds, bit for bit.
 
-    Copies of an episode begin at its start, and pay is plain: staggered starts and shaped pay are for learners only.
+    Copies of an episode begin at its start, and rewards are plain: staggered starts and shaping are for learners only.
 
     Raises:
         NotApplicableError: the role is shown in its native interface.

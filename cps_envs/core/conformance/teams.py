@@ -77,7 +77,7 @@ def _metrics(info: Mapping[str, Any]) -> dict[str, Any]:
 def check_rows(subject: Subject) -> None:
     """A team as one agent and its agents as rows give the same episodes bit for bit, in all three autoreset modes.
 
-    The row of the team has those of its agents side by side. Its reward is what the role is paid.
+    The row of the team has those of its agents side by side. Its reward is that of the role.
 
     Raises:
         NotApplicableError: the role is no team, or it is shown in its native interface.

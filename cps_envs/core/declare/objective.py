@@ -19,11 +19,11 @@ MOST = 1e9  # the largest weight
 
 
 def objective(words: Mapping[str, Mapping[str, float]], *, source: str) -> Any:
-    """A field that says what the attacker is paid; the first of `words` is the default, which the game itself counts.
+    """A field that names the attacker's objective; the first of `words` is the default, which the game itself counts.
 
     The other words stand for weights of metrics. The field also takes such weights, written as a mapping from metrics
-    to numbers; or a function that gets the increments of all metrics in a game step, each (B,), and returns what the
-    attacker is paid for them, (B,). A text `module:attribute` names such a function.
+    to numbers; or a function that gets the increments of all metrics in a game step, each (B,), and returns the
+    attacker's reward for them, (B,). A text `module:attribute` names such a function.
     """
     metadata = {"unit": "-", "low": -MOST, "high": MOST, "source": source, "choices": tuple(words), "ranged": False}
     metadata |= {"bodies": "", "series": "", "form": (), "words": dict(words)}

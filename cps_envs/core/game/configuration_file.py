@@ -135,7 +135,7 @@ def template(problem: Problem, preset: str | None) -> str:
     if FIELD in named:
         words = named[FIELD].metadata["choices"]
         lines += [
-            f'# {FIELD} = "{words[0]}"  # what the attacker is paid: {", ".join(words)}; or weights of metrics:',
+            f'# {FIELD} = "{words[0]}"  # what the attacker wants: {", ".join(words)}; or weights of metrics:',
             f"# {FIELD} = {{ METRIC = 1.0, OTHER_METRIC = 0.1 }}",
         ]
     lines += ["", "[fields]"]

@@ -147,7 +147,7 @@ class Game(ABC):
         return payoff
 
     def pay_as_configured(self) -> None:
-        """Pay what the field `payoff` of the configuration says. A constructor whose problem has one ends with this.
+        """Count what the field `payoff` of the configuration says. A constructor whose problem has one ends with this.
 
         Raises:
             ConfigurationError: it names a metric that is not measured here, or no function.
@@ -158,7 +158,7 @@ class Game(ABC):
 
     @property
     def terms(self) -> tuple[tuple[str, float], ...]:
-        """The metrics that are paid and their weights; the sum is the return. Empty where a function is paid."""
+        """The metrics that make the return, and their weights. Empty if the objective is a function."""
         return tuple((part, 1.0) for part in self.payoff_parts) if self.objective is None else self.objective.weights
 
     def _check_end(self, envs: BoolArray, num_steps: int) -> None:
@@ -248,12 +248,12 @@ class Game(ABC):
         return (*parts, self.elapsed, self.terminated, *paid)
 
     def truth(self, b: int) -> Mapping[str, Any]:
-        """Privileged: what roles have to infer of one environment, by name, for policies that are told it.
+        """Privileged: what roles have to infer of one environment, by name, for policies that declare it.
 
         Arrays may be views; policies get copies.
 
         Raises:
-            TypeError: the problem tells nobody.
+            TypeError: the problem has nothing privileged.
         """
         raise TypeError(f"the problem {self.name!r} tells no policy what an episode hides")
 

@@ -213,7 +213,7 @@ class Told:
             return partial(match.game.model, self._b)
         if name == "opponent":
             return next((player for role, player in players.items() if role != self._role), None)
-        raise KeyError(f"nobody is told {name!r}: a policy may be told model, truth or opponent")
+        raise KeyError(f"{name!r} is not known: a policy may be privileged to know model, truth or opponent")
 
 
 def _named(role: Role, player: Policy) -> str:

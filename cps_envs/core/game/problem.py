@@ -91,7 +91,7 @@ class Problem:
 
     @property
     def usual_preset(self) -> str:
-        """The one that every door opens where none is named: `learning`, or the first of a problem without it."""
+        """The preset if none is named: `learning`, or the first of a problem without it."""
         return LEARNING if LEARNING in self.presets else next(iter(self.presets))
 
     def config(self, preset: str | None, overrides: Mapping[str, Any]) -> Any:
@@ -106,11 +106,11 @@ class Problem:
         return configure(self.presets[preset], overrides)
 
     def opponent(self, preset: str | None, role: Role) -> str:
-        """Who plays a role in a preset where nobody else does."""
+        """The default policy of a role in a preset."""
         return self.opponents[self.usual_preset if preset is None else preset][role]
 
     def unit_of(self, config: Any) -> str:
-        """The unit of what the attacker is paid under a configuration; empty where none is known."""
+        """The unit of the attacker's return under a configuration; empty if none is known."""
         if not is_own(config):
             return ""
         found = [unit for name, (word, unit) in self.units.items() if getattr(config, name) == word]

@@ -37,7 +37,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Recording:
-    """An episode of K game steps: the state before each step, the actions in it, and what the attacker is paid for it.
+    """An episode of K game steps: the state before each step, the actions in it, and the attacker's payoff.
 
     A last row has the state at the end; its actions and payoff are NaN. `recording["time_s"]` is a column (K + 1,), and
     `pandas.DataFrame(dict(recording))` a table of all.
@@ -158,7 +158,7 @@ def _columns(problem: Problem, match: Match) -> tuple[Column, ...]:
     for role in ROLES:
         spoken = game.columns(role)
         found += [Column(f"{role}_{each.name}", each.unit, f"action; {each.meaning}") for each in spoken]
-    return (*found, Column(PAYOFF, "-", "what the attacker is paid for the step"))
+    return (*found, Column(PAYOFF, "-", "the attacker's payoff in the step"))
 
 
 def _numbered(stem: str, shape: tuple[int, ...]) -> list[str]:

@@ -26,7 +26,7 @@ class AgentsVectorEnv(AgentsForm):
 
     Environment i of a batch seeded s equals the single environment seeded s + i. `infos` has an array (B,) for each
     metric, `cost`, and for each agent `due` and, where not all actions are legal, `action_mask` (B, k) by its name.
-    With `autoreset="same_step"` ended episodes start anew at once, and `infos["final_obs"]` has their last observations
+    With `autoreset="same_step"` ended episodes restart at once, and `infos["final_obs"]` has their last observations
     by agent, `infos["final_info"]` their last metrics; with `"next_step"` the next step starts them and plays nothing
     there; with `"disabled"` you call `reset(options={"reset_mask": ended})`.
     """

@@ -37,17 +37,16 @@ def declare(
     defense: str,
     rhythm: str,
     swarm: str = "",
-    story: str = "",
     threats: str = "",
 ) -> Forms:
     """The forms of a problem for the module of this name.
 
     `attack` and `defense` are the documentation pages of the two roles. `{observation_table}` and `{parameter_table}`
-    in them are filled in by the problem. `{story}` becomes what the game is about, and `{threats}` who knows what, who
-    can touch what, and what it costs. `rhythm` says when the parallel form's agents act, as in "every 0.1 s". `swarm`
-    says who the agents of a decentralised defence are.
+    in them are filled in by the problem, and `{threats}` by who knows what, who can touch what, and what it costs.
+    `rhythm` says when the parallel form's agents act, as in "every 0.1 s". `swarm` says who the agents of a
+    decentralised defence are.
     """
-    pages = [page.replace("{story}", story).replace("{threats}", threats) for page in (attack, defense)]
+    pages = [page.replace("{threats}", threats) for page in (attack, defense)]
     config = type(problem.presets[problem.usual_preset]).__name__
 
     def parallel_env(num_envs: int | None = None, **kwargs: Any) -> RolesParallelEnv | RolesVectorEnv:

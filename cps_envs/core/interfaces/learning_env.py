@@ -44,19 +44,19 @@ class LearningVectorEnv(RoleVectorEnv):
 
     What `RoleVectorEnv` shows through `interface="learning"` is the same here. What differs:
 
-    - Each agent of a team is a row, paid for its own part, or with `shared_pay` for the whole. `per_agent=False` makes
-      one row of them.
+    - Each agent of a team is a row with its own part of the reward, or with `shared_pay` the whole.
+      `per_agent=False` makes one row of them.
     - `seed` numbers training runs. Its episodes lie beyond all seeds of evaluations, see `core.declare.seeds`.
     - Episodes start at different times, so that every batch has all parts of an episode.
-    - Ended episodes start anew at once (`autoreset="same_step"`). `info["final_info"]` has `episode` with the role's
+    - Ended episodes restart at once (`autoreset="same_step"`). `info["final_info"]` has `episode` with the role's
       undiscounted return `r` and length `l`, and the game's metrics; each row of an ended episode has them. The
       mask `_episode` leaves out episodes whose beginning was played before `reset` returned.
     - Rewards may be those that teach most, see `Training.pay_power` and `Training.relative`, and so may episodes, see
       `Training.practised`; fields that you set yourself are as you set them.
 
     With `evaluation=True` the same inputs, of the same scale, and actions are for judging: each `reset` starts with the
-    same validation episodes, all at their first step, and the next ones of the batch follow as these end. They are paid
-    what the role is paid, in the configuration as it is.
+    same validation episodes, all at their first step, and the next ones of the batch follow as these end. Their
+    rewards are those of the role, in the configuration as it is.
 
     `active()` and `privileged()` are for learners that can use them.
     """

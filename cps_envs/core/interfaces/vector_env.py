@@ -32,8 +32,8 @@ class RoleVectorEnv(Configured, VectorEnv[Observation, Any, Array]):
     """Base of the vector environments. Environment i of a batch seeded s equals the single environment seeded s + i.
 
     Arguments are those of `RoleEnv`, with the same meaning. `num_threads` threads step the environments side by side,
-    with the same results; more threads pay off with hundreds of environments. With `per_agent=True` each agent of a
-    team is an environment of its own, paid for its own part: B episodes with A agents have B x A rows, all agents of an
+    with the same results; more threads help with hundreds of environments. With `per_agent=True` each agent of a
+    team is an environment with its own part of the reward: B episodes with A agents have B x A rows, all agents of an
     episode side by side, for learners that share one network among agents.
     """
 

@@ -14,7 +14,7 @@ from cps_envs.core.types import Array, Generators, Knowledge, State
 
 
 class Uniform(AnalyticPolicy):
-    """Draws every action anew from all that are legal: `random`, or `random?adapter=motion`.
+    """Draws every action from all that are legal: `random`, or `random?adapter=motion`.
 
     Raises:
         UnknownNameError: the role has no such adapter.

@@ -59,7 +59,7 @@ def derived(name: str) -> Benchmark:
                 attackers=_able(venue, "attacker"),
                 defenders=_able(venue, "defender"),
                 episodes=DERIVED_EPISODES,
-                legend=f"what the attacker is paid{f' in {problem.unit}' if problem.unit else ''}, mean over episodes",
+                legend=f"the attacker's return{f' in {problem.unit}' if problem.unit else ''}, mean over episodes",
             )
             for preset in problem.presets
         ),

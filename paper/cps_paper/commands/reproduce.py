@@ -103,7 +103,7 @@ def everything(
         Path, typer.Option("--out", help="Write files to this folder; done/ keeps finished work.")
     ] = Path("reproduced"),
     jobs: Jobs = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work and begin anew.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work and begin again.")] = False,
     publish: Annotated[bool, typer.Option("--publish", help=PUBLISH)] = False,
     as_json: AsJson = False,
 ) -> None:

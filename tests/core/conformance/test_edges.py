@@ -81,7 +81,7 @@ def test_another_error_than_a_refusal_is_a_fault() -> None:
 @pytest.mark.parametrize(
     ("number", "message"),
     [
-        (0, r"\{'catch_fee': 0.0\} is accepted, but after reset .* is told \{'caught': nan\}"),
+        (0, r"\{'catch_fee': 0.0\} is accepted, but after reset .* gets \{'caught': nan\}"),
         (1, r"\{'mood': 'brisk'\} is accepted, but after reset the observation of .* is not finite"),
         (2, r"\{'guard_speed': 0.0, 'drift': 0.0\} is accepted, but cannot be played: ZeroDivisionError"),
     ],

@@ -84,7 +84,7 @@ def test_a_template_changes_nothing_and_each_of_its_lines_may_be_used(name: str,
 def test_a_template_says_unit_bounds_and_source() -> None:
     text = template(PROBLEMS["hvac"], "paper")
     assert "# step_s = 120.0  # s, 1 to 3600; paper: 1/120 Hz" in text.splitlines()
-    assert '# payoff = "impact"  # what the attacker is paid: impact, discomfort, energy' in text
+    assert '# payoff = "impact"  # what the attacker wants: impact, discomfort, energy' in text
 
 
 def test_a_file_with_a_mark_of_windows_is_read(tmp_path: Path) -> None:
