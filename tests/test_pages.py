@@ -152,6 +152,49 @@ def test_links_lead_to_files(page: Path) -> None:
             assert (page.parent / link).exists(), link
 
 
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings, as GitHub and the site name them; of a page that includes another, its."""
+    text = page.read_text(encoding="utf-8")
+    for name in re.findall(r"^```\{include\} (\S+)$", text, re.MULTILINE):
+        text += (page.parent / name).read_text(encoding="utf-8")
+    headings = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    plain = (re.sub(r"\]\([^)]*\)|[^\w\s-]", "", heading).strip().lower() for heading in headings)
+    return {heading.replace(" ", "-") for heading in plain}
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page != HISTORY], ids=lambda page: page.name)
+def test_links_lead_to_headings_and_stay_in_the_repository(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    if page.suffix == ".ipynb":
+        text = "\n".join("".join(cell["source"]) for cell in cells(page))
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", text, flags=re.DOTALL)
+    for link, heading in re.findall(r"\]\(([^)#\s]*)#?([^)\s]*)\)", text):
+        if link.startswith(("https://", "http://")):
+            assert not re.search(r"github\.com/cps-envs|cps-envs\.github\.io", link) or "colab" in link, (
+                f"relative: {link}"
+            )
+            continue
+        place = page.parent / link if link else page
+        assert place.exists(), link
+        if heading and place.suffix == ".md":
+            assert heading in anchors(place), f"{link}#{heading}"
+
+
+@EACH_NOTEBOOK
+def test_a_notebook_opens_in_colab(notebook: Path) -> None:
+    """A badge below the title, and a first cell that installs what the others import."""
+    first, install, *others = cells(notebook)
+    assert (
+        f"](https://colab.research.google.com/github/cps-envs/cps-envs/blob/main/docs/tutorials/{notebook.name})"
+        in ("".join(first["source"]))
+    )
+    extras = re.search(r'"cps-envs\[([a-z0-9,]+)\]"', "".join(install["source"]))
+    assert extras
+    code = "\n".join("".join(cell["source"]) for cell in others if cell["cell_type"] == "code")
+    for module, extra in {"torch": ("train", "sb3"), "stable_baselines3": ("sb3",), "minari": ("data",)}.items():
+        assert not re.search(rf"^(import|from) {module}", code, re.MULTILINE) or set(extra) & set(extras[1].split(","))
+
+
 @pytest.mark.parametrize("page", TABLED, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_tables_are_rendered_as_tables(page: Path) -> None:
     markdown = pytest.importorskip("markdown_it", reason="needs markdown-it, which renders pages")

@@ -11,11 +11,14 @@ from cps_envs.core.policies.adapter import advised_by
 from cps_envs.core.policies.lookup import load, policy_entry
 from cps_envs.core.types import ROLES
 
+ELSEWHERE = ("stable-baselines3", "sb3-contrib", "pymoo", "pettingzoo")  # packages that our own PPO does not use
+OF_SEARCH = {"family", "population", "search_deviation", "search_steps", "scenes"}
+OF_OTHERS = {"buffer_size", "exploration_share", "learning_starts", "updates_per_step", "memory_units"}
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"
 
 
 def to_markdown(card: Card) -> str:
-    """What it does, how to play it, how it was trained, what the worst attack found costs it, what it knows not."""
+    """What it does, how to play it, how it was trained, what was measured, and its limits."""
     parts = (_header(card), _use(card), _training(card), _results(card), _limits(card), _knobs(card))
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -24,8 +27,10 @@ def _header(card: Card) -> str:
     front = {
         "library_name": "cps-envs",
         "license": "mit",
+        "pipeline_tag": "reinforcement-learning",
         "tags": ["reinforcement-learning", "cps-envs", "cyber-physical-systems", card.problem, card.role],
         "model_name": card.name,
+        "model-index": [{"name": card.name, "results": [_result(card)]}],
     }
     lines = [f"{name}: {json.dumps(value) if isinstance(value, list) else value}" for name, value in front.items()]
     summary = (
@@ -34,6 +39,17 @@ def _header(card: Card) -> str:
         f"{card.best} did best on validation episodes and plays unless another is named."
     )
     return "\n".join(["---", *lines, "---", "", f"# {card.name}", "", summary])
+
+
+def _result(card: Card) -> dict[str, Any]:
+    """The validation of the seed that plays, as hubs list results."""
+    game = f"{card.problem}-v{card.version}, preset {card.preset}, {card.role}"
+    value = card.seeds[str(card.best)].get("validation")
+    return {
+        "task": {"type": "reinforcement-learning", "name": "reinforcement-learning"},
+        "dataset": {"type": f"{card.problem}-v{card.version}", "name": game},
+        "metrics": [{"type": "mean_reward", "name": "mean return on validation seeds", "value": value}],
+    }
 
 
 def _use(card: Card) -> str:
@@ -45,7 +61,7 @@ def _use(card: Card) -> str:
             "## Play",
             "",
             "```console",
-            '$ pip install "cps-envs[baselines]"',
+            '$ pip install "cps-envs[cli,baselines]"',
             f"$ {command} --{card.role} zoo:{card.name}",
             f"$ {command} --{card.role} 'zoo:{card.name}?seed={card.best}' --{rival} none",
             "```",
@@ -62,7 +78,7 @@ def _training(card: Card) -> str:
         (seed, *(form.format(facts[name]) if name in facts else "" for name, form in shown.items()))
         for seed, facts in card.seeds.items()
     ]
-    versions = ", ".join(f"{name} {version}" for name, version in card.versions.items())
+    versions = ", ".join(f"{name} {version}" for name, version in card.versions.items() if _used(card, name))
     began = _began(card)
     return "\n".join(
         ["## Training", "", f"`{card.command}`", "", *began, *_table(columns, rows), "", f"With {versions}."]
@@ -77,7 +93,7 @@ def _began(card: Card) -> list[str]:
         return []
     told = (
         f"It plays through the adapter `{name}`: its neutral action is what the controller `{name}` does, and learning "
-        "began there. It is no proof that reward alone finds such a controller."
+        "began there. So it does not show that reward alone finds such a controller."
     )
     return [told, ""]
 
@@ -106,9 +122,9 @@ def _limits(card: Card) -> str:
         [
             "## Limits",
             "",
-            f"It fits the configuration that it was trained in, preset `{card.preset}`. What it does against opponents "
-            "that it has not met is a matter for an examination, not for trust. It is a research artefact about "
-            "simulated systems; do not connect it to a real one.",
+            f"It plays only in the configuration that it was trained in, preset `{card.preset}`. Measure it against "
+            "opponents that it has not met with `cps-envs evaluate` before you rely on it. It is a research artefact "
+            "about simulated systems; do not connect it to a real one.",
             "",
             f"The problem is that of {CITATION}.",
         ]
@@ -116,8 +132,23 @@ def _limits(card: Card) -> str:
 
 
 def _knobs(card: Card) -> str:
-    knobs = json.dumps(dict(card.recipe), indent=2, sort_keys=True)
-    return f"## Every knob\n\n```json\n{knobs}\n```"
+    knobs = json.dumps({name: value for name, value in card.recipe.items() if _turned(card, name)}, sort_keys=True)
+    return f"## Knobs\n\nThose that are on; `cps-envs zoo show {card.name} --json` prints all.\n\n```json\n{knobs}\n```"
+
+
+def _used(card: Card, package: str) -> bool:
+    """Whether the training of a card used a package; `osqp` solves for opponents of the disbanding problem only."""
+    return package not in ELSEWHERE and (package != "osqp" or card.problem == "disbanding")
+
+
+def _turned(card: Card, knob: str) -> bool:
+    """Whether a knob is on, and of the card's algorithm."""
+    recipe, search = card.recipe, card.algorithm == "cma-es"
+    if not recipe[knob] or knob in OF_OTHERS or (knob in OF_SEARCH and not search):
+        return False
+    if knob == "bias_learning_rate":
+        return bool(recipe.get("episode_noise"))
+    return not knob.startswith("teacher_") or bool(recipe.get("teacher"))
 
 
 def _table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
