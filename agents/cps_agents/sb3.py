@@ -34,7 +34,8 @@ Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
 class BatchVecEnv(VecEnv):
     """The environments of a vector environment as stable-baselines3 sees them.
 
-    An environment's info is empty until its episode ends. Then it holds final metrics, `terminal_observation`,
+    An environment's info is empty until its episode ends; with `metrics` it holds the game's metrics and the `cost` of
+    each step, which takes time. At the end of an episode it holds final metrics, `terminal_observation`,
     `TimeLimit.truncated`, and `episode` with the undiscounted return `r` and the length `l`, from which `learn` prints
     `ep_rew_mean` and `evaluate_policy` judges; an episode whose beginning was cut off has none. Attributes and methods
     are those of the batch; `action_masks` gives each environment its row.
@@ -43,8 +44,8 @@ class BatchVecEnv(VecEnv):
     evaluation is ever played.
     """
 
-    def __init__(self, env: RoleVectorEnv) -> None:
-        self.env = env
+    def __init__(self, env: RoleVectorEnv, *, metrics: bool = False) -> None:
+        self.env, self.metrics = env, metrics
         self._actions: Array | None = None
         self._run: int | None = None
         self._returns: FloatArray = np.zeros(env.num_envs)
@@ -94,12 +95,21 @@ class BatchVecEnv(VecEnv):
         self._returns += reward
         self._lengths += 1
         done = terminated | truncated
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        infos: list[dict[str, Any]] = self._measured(info) if self.metrics else [{} for _ in range(self.num_envs)]
         for b in np.flatnonzero(done):
             infos[b] = self._final(info, int(b))
             infos[b]["TimeLimit.truncated"] = bool(truncated[b] and not terminated[b])
             self._returns[b], self._lengths[b] = 0.0, 0
         return observation, reward.astype(np.float32), done, infos
+
+    def _measured(self, info: dict[str, Any]) -> list[dict[str, Any]]:
+        """The metrics of each environment after a step."""
+        rows = {
+            name: value.tolist()
+            for name, value in info.items()
+            if not name.startswith("_") and isinstance(value, np.ndarray) and value.shape == (self.num_envs,)
+        }
+        return [{name: values[b] for name, values in rows.items()} for b in range(self.num_envs)]
 
     def _final(self, info: dict[str, Any], b: int) -> dict[str, Any]:
         last: dict[str, Any] = info["final_info"]
@@ -171,7 +181,9 @@ class ScaledRewards(VecNormalize):
         return found
 
 
-def make(name: str, num_envs: int | None = None, *, evaluation: bool = False, **options: Any) -> ScaledRewards:
+def make(
+    name: str, num_envs: int | None = None, *, evaluation: bool = False, metrics: bool = False, **options: Any
+) -> ScaledRewards:
     """Environments of a role such as "RogueAttack", in which a learner of stable-baselines3 learns.
 
     `options` are those of `cps_envs.core.interfaces.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
@@ -182,16 +194,22 @@ def make(name: str, num_envs: int | None = None, *, evaluation: bool = False, **
     episodes from their first step, with rewards as they are. Give the other options of training, too. A model that was
     trained in another configuration has inputs of another scale: `scaling=model.observation_space`.
 
+    With `metrics=True` the infos of every step have the game's metrics and `cost`, for callbacks that watch them.
+
     Raises:
         UnknownNameError: there is no such role, adapter or opponent.
         ConfigurationError: an option that cannot be right.
     """
     env = learning_env(name, num_envs, evaluation=evaluation, **options)
-    return ScaledRewards(BatchVecEnv(env), float(env.training.ppo.get("gamma", 0.99)), evaluation=evaluation)
+    return ScaledRewards(
+        BatchVecEnv(env, metrics=metrics), float(env.training.ppo.get("gamma", 0.99)), evaluation=evaluation
+    )
 
 
-def as_sb3(vector_env: Any) -> BatchVecEnv:
+def as_sb3(vector_env: Any, *, metrics: bool = False) -> BatchVecEnv:
     """A vector environment of this package as a stable-baselines3 `VecEnv`, just as it is; `make` prepares more.
+
+    With `metrics` the infos of every step have the game's metrics and `cost`.
 
     Make it with `autoreset="same_step"`:
     `gymnasium.make_vec("cps_envs:cps_envs/DisbandingAttack-v0", 64, "vector_entry_point", autoreset="same_step")`
@@ -213,4 +231,4 @@ def as_sb3(vector_env: Any) -> BatchVecEnv:
         )
     if env.metadata["autoreset_mode"] != AutoresetMode.SAME_STEP:
         raise ConfigurationError('stable-baselines3 needs a vector environment made with autoreset="same_step"')
-    return BatchVecEnv(env)
+    return BatchVecEnv(env, metrics=metrics)

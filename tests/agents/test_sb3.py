@@ -107,8 +107,10 @@ def test_a_masked_opponent_is_handed_its_masks(attacker: MaskablePPO) -> None:
     assert all(mask.shape == (3, 4) for mask in seen)
 
 
-def test_terminal_observation_and_info_are_those_of_the_single_environment() -> None:
+@pytest.mark.parametrize("metrics", [False, True])
+def test_terminal_observation_and_info_are_those_of_the_single_environment(metrics: bool) -> None:
     batch = envs(ATTACK, 3, opponent="none")
+    batch.metrics = metrics
     batch.seed(5)
     first = batch.reset()
     singles = [single(ATTACK, opponent="none") for _ in range(3)]
@@ -122,7 +124,8 @@ def test_terminal_observation_and_info_are_those_of_the_single_environment() -> 
         np.testing.assert_allclose(reward, [result[1] for result in expected], rtol=1e-6)
         assert done.tolist() == [step == 9] * 3
         if step < 9:
-            assert infos == [{}] * 3
+            measured = [{name: value for name, value in each[4].items() if name != "action_mask"} for each in expected]
+            assert infos == (measured if metrics else [{}] * 3)
     for b, (last, _, _, truncated, info) in enumerate(expected):
         np.testing.assert_array_equal(infos[b].pop("terminal_observation"), last)
         assert infos[b].pop("TimeLimit.truncated") is truncated is False

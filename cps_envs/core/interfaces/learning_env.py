@@ -51,7 +51,7 @@ class LearningVectorEnv(RoleVectorEnv):
     - Ended episodes restart at once (`autoreset="same_step"`). `info["final_info"]` has `episode` with the role's
       undiscounted return `r` and length `l`, and the game's metrics; each row of an ended episode has them. The
       mask `_episode` leaves out episodes whose beginning was played before `reset` returned.
-    - Rewards may be those that teach most, see `Training.pay_power` and `Training.relative`, and so may episodes, see
+    - Rewards may be shaped, see `Training.pay_power` and `Training.relative`, and so may episodes, see
       `Training.practised`; fields that you set yourself are as you set them.
 
     With `evaluation=True` the same inputs, of the same scale, and actions are for judging: each `reset` starts with the
