@@ -182,6 +182,27 @@ def test_help_is_short_and_begins_with_a_summary() -> None:
     assert measured.ninth <= NINTH, measured
 
 
+def test_help_uses_the_words_of_the_field() -> None:
+    for path, command in commands():
+        texts = [command.help or "", *(getattr(each, "help", None) or "" for each in command.params)]
+        assert path.startswith("score") or not private("\n".join(texts)), path
+
+
+@pytest.mark.parametrize("package", ["cps_envs", "cps_agents", "cps_baselines"])
+def test_public_docstrings_use_the_words_of_the_field(package: str) -> None:
+    """Of what user code imports, with the methods that it calls."""
+    module = pytest.importorskip(package)
+    for each in set(module.__all__) - {"score"}:  # is written again with the leaderboard
+        value = getattr(module, each)
+        members = [one for name, one in vars(value).items() if name[0] != "_"] if inspect.isclass(value) else []
+        documented = [
+            value,
+            *(member for member in members if inspect.isroutine(member) or isinstance(member, property)),
+        ]
+        texts = [inspect.getdoc(one) or "" for one in documented if not isinstance(one, (str, dict, tuple))]
+        assert not private("\n".join(texts)), each
+
+
 def test_help_of_an_option_is_a_line() -> None:
     for path, command in commands():
         for parameter in command.params:

@@ -42,7 +42,7 @@ def known() -> Known:
 
 
 class Identify(AnalyticPolicy):
-    """Probes for `probe_s`, compares what it sees with known defenders, and answers the nearest one.
+    """Probes for `probe_s`, compares what it sees with known defenders, and plays its response to the nearest one.
 
     The known defenders, their mean traces and the responses to them are in `contested.json`.
 

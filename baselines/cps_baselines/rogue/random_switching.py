@@ -11,7 +11,7 @@ from cps_envs.core.types import Array, FloatArray, Generators, Knowledge, State
 
 
 class RandomSwitching(AnalyticPolicy):
-    """Drives fully for `driving_s` and brakes fully for `braking_s`, in the mean: times are geometric.
+    """Drives fully for `driving_s` and brakes fully for `braking_s` on average: times are geometric.
 
     Raises:
         ConfigurationError: a mean time below the attacker's decision interval.
