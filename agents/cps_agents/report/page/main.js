@@ -27,7 +27,7 @@ function makeBoard(board) {
     board.few ? make("p", { class: "notice" }, board.few) : null,
     board.value ? make("p", { class: "value" }, "Value of the game: ", make("b", {}, number(board.value.mean, 4)),
       board.value.low === null ? "" : ` (${interval(board.value)})`, board.unit ? ` ${board.unit}` : "",
-      ". What the attacker is paid when both sides draw from their best mixtures, shown as “plays” beside the names.") : null,
+      ". It is the attacker's return when both sides draw from their best mixtures, shown as “plays” beside the names.") : null,
     make("div", { class: "card" }, matrix.root), place, makeLeftOut(board));
   return { section, matrix, board };
 }

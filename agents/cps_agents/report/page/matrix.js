@@ -8,7 +8,7 @@ function makeMatrix(board, open) {
   const caption = make("p", { class: "hint" });
   const select = make("select", { "aria-label": "Metric", onchange: () => { state.metric = select.value; draw(); } },
     names.map((name) => make("option", { value: name, selected: name === state.metric },
-      name === "return" ? "return (what the attacker is paid)" : words(name))));
+      name === "return" ? "return of the attacker" : words(name))));
 
   const value = (i, j) => board.cells[i][j].metrics?.[state.metric]?.mean ?? null;
   const defined = (values) => values.filter((each) => each !== null);
@@ -60,7 +60,7 @@ function makeMatrix(board, open) {
       columns.map((j) => make("td", { class: "sum" }, number(most(j)))), make("td", { class: "sum" }));
     table.replaceChildren(make("thead", {}, head), make("tbody", {}, body, foot));
     caption.textContent = `Click a cell to watch its episodes. Mean of ${board.episodes} episodes and its 95 % interval${state.metric === "return" && board.unit ? `, in ${board.unit}` : ""}. ` +
-      "▲ best attacker against this defender, ▼ best defender against this attacker. The fuller the bar, the more.";
+      "▲ best attacker against this defender, ▼ best defender against this attacker. A fuller bar means more.";
   }
 
   function cell(i, j, r, c, low, high) {

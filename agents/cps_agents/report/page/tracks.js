@@ -66,7 +66,8 @@ function physical(track, row, place) {
 function valuesAt(track, place) {
   const values = track.rows.map((_, row) => physical(track, row, place));
   if (values.length <= 3) return values.map((value) => number(value)).join("  ");
-  return `${number(Math.min(...values))} to ${number(Math.max(...values))}`;
+  const [low, high] = [Math.min(...values), Math.max(...values)].map((value) => number(value));
+  return low === high ? low : `${low} to ${high}`;
 }
 
 function prepared(canvas) {
