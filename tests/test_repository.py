@@ -23,6 +23,22 @@ def test_no_tracked_file_is_large() -> None:
     assert not large, "keep it elsewhere, or name the picture in LARGER"
 
 
+def test_git_ignores_what_the_first_pages_write() -> None:
+    if not (ROOT / ".git").exists():
+        pytest.skip("needs the repository of git, not only its files")
+    text = "".join((ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/start.md"))
+    written = set(re.findall(r"(?:--render |--record |\.save\(\"|--out )([\w.-]+)", text))
+    written |= {"report/index.html", "league/rogue.json", "self-play/x.json", "results/meetings"}  # by default
+    kept = [name for name in sorted(written) if not _ignored(name)]
+    assert not kept
+    assert {"rogue.gif", "fdi-attack.zip"} <= written
+
+
+def _ignored(name: str) -> bool:
+    asked = name if Path(name).suffix else f"{name}/file"
+    return subprocess.run(["git", "check-ignore", "-q", asked], cwd=ROOT, check=False).returncode == 0
+
+
 @pytest.mark.skipif(shutil.which("make") is None, reason="needs GNU make")
 def test_what_is_run_for_a_change_exists() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
