@@ -73,6 +73,10 @@ HVAC_TESTS = ProblemTests(
             "defender", {"preset": "learning", "opponent": "tests.hvac.players:Constant"}, seed=8, boldness=1.0
         ),
         "hard defence": Golden("defender", {"preset": "hard", "opponent": "tests.hvac.players:Constant"}, seed=9),
+        "weather attack": Golden("attacker", {"preset": "weather", "opponent": "none"}, seed=15),
+        "weather defence": Golden(
+            "defender", {"preset": "weather", "opponent": "tests.hvac.players:Constant"}, seed=16
+        ),
         "limits in the program": Golden(
             "defender",
             {"preset": "paper", "controller": "qp", "num_steps": 300, "opponent": "tests.hvac.players:Constant"},

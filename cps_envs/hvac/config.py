@@ -12,6 +12,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.building import conductances, places_of
 from cps_envs.hvac.parameters import MAX_ZONES, Parameters
 from cps_envs.hvac.sensors import attack_order, sensor_sets
+from cps_envs.hvac.weather_files import shipped_weather
 
 MAX_SETS = 256
 
@@ -189,7 +190,8 @@ LEARNING = replace(
     attacker_sees_choice=False,
 )
 HARD = replace(LEARNING, heat_drift_w=150.0, filter_heat_w=150.0)
-PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING, "hard": HARD}
+WEATHER = replace(LEARNING, outdoor_c=shipped_weather(), ground_c=5.0)  # a day of a year of hours, in blocks of a week
+PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING, "hard": HARD, "weather": WEATHER}
 
 HOUSE = (
     *("heat_capacity_j_per_k", "wall_resistance_k_per_w", "link_zones", "link_resistance_k_per_w", "ground_zones"),

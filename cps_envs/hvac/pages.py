@@ -72,12 +72,15 @@ All zones at 24 C at midnight, heating off. The presets draw the rest at each re
   an onset after the observer's window is full. In each zone heat drifts by 50 to 150 W, and the weather differs from
   its forecast.
 - `hard` is `learning` with 150 W in every zone.
+- `weather` is `learning` on real days: the outdoor temperature is that of a typical year at Sand Point, Alaska, by the
+  hour (`outdoor_c`). A day begins at a drawn midnight, for training and for judgements in weeks by turns
+  (`series_split`, `series_block_s`).
 
 ## Episode End
 Terminated after 719 decisions, at state x(719), never before.
 
 ## Arguments
-`preset` ("paper", "easy", "learning", "hard"), `opponent` (a defender: name, "module:attribute" or policy),
+`preset` ("paper", "easy", "learning", "hard", "weather"), `opponent` (a defender: name, "module:attribute" or policy),
 `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.hvac.config.HvacConfig`:
 
@@ -143,7 +146,7 @@ the model and the weather forecast are exact, so ignoring all sensors is as good
 Terminated after 719 decisions, at state x(719), never before.
 
 ## Arguments
-`preset` ("paper", "easy", "learning", "hard"), `opponent` (an attacker: name, "module:attribute" or policy),
+`preset` ("paper", "easy", "learning", "hard", "weather"), `opponent` (an attacker: name, "module:attribute" or policy),
 `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.hvac.config.HvacConfig`:
 

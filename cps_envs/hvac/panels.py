@@ -47,6 +47,7 @@ OPPONENTS: Mapping[str, Mapping[Role, Panel]] = {  # who plays a role that nobod
     "easy": {"attacker": EASY_ATTACKERS, "defender": panel(["mtd2"])},
     "learning": {"attacker": LEARNING_ATTACKERS, "defender": panel(["largest"])},
     "hard": {"attacker": LEARNING_ATTACKERS, "defender": panel(["largest"])},
+    "weather": {"attacker": LEARNING_ATTACKERS, "defender": panel(["largest"])},
 }
 RECIPES: Mapping[Role, Panel] = {"defender": panel(["largest"])}  # opponents that opposite signs fool teach less
 CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is another challenge

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -10,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.declare.series import Series
+from cps_envs.core.declare.traces import SHIPPED, read_traces
 from cps_envs.core.documents import MOST_BYTES, check_count, read_bytes
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import FloatArray
@@ -37,6 +39,12 @@ class Weather(NamedTuple):
         """
         sun = self.sun_w_per_m2
         return Series(sun.values * np.array(window_m2, np.float64), sun.step_s, sun.begin_s, source=sun.source)
+
+
+@functools.cache
+def shipped_weather() -> Series:
+    """The outdoor temperature of a typical year that comes along: hourly, C, Sand Point in Alaska, from NREL's TMY3."""
+    return read_traces(SHIPPED / "sand_point.csv", {"outdoor_c": "C"})["outdoor_c"]
 
 
 def read_epw(path: str | Path, depth: int = 0) -> Weather:

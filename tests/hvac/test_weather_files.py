@@ -5,9 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cps_envs.core.compute.generators import seeded
+from cps_envs.core.declare.seeds import training_seed
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.hvac.closed_loop import unheated
 from cps_envs.hvac.problem import HVAC
-from cps_envs.hvac.weather_files import read_epw, read_tmy3
+from cps_envs.hvac.weather_files import read_epw, read_tmy3, shipped_weather
 
 HOURS = 24 * 3
 
@@ -44,6 +47,25 @@ def test_a_year_of_weather_is_three_series(tmp_path: Path) -> None:
     assert found.ground_c is None
     heat = found.heat_w((0.5, 2.0))
     assert heat.values[23].tolist() == [115.0, 460.0]
+
+
+def test_the_year_that_ships_is_the_station_s() -> None:
+    """The annual mean, and the coldest and the warmest hour of the file of station 703165."""
+    year = shipped_weather()
+    assert (len(year.values), year.step_s, year.begin_s) == (8760, 3600.0, 3600.0)
+    assert year.values.mean() == pytest.approx(4.4207, abs=1e-4)
+    assert (year.values.min(), year.values.max()) == (-10.6, 19.4)
+
+
+def test_preset_weather_plays_days_of_it_in_a_house_that_stays_warm() -> None:
+    config = HVAC.config("weather", {})
+    assert not unheated(config)
+    game, days = HVAC.game(config, 40), {}
+    for name, first in (("judged", 0), ("trained", training_seed(3))):
+        game.reset(np.ones(40, bool), seeded(range(first, first + 40)))
+        days[name] = set((game.state.first * config.step_s // 86_400).astype(int).tolist())
+        assert len(days[name]) > 25
+    assert not {day // 7 for day in days["judged"]} & {day // 7 for day in days["trained"]}
 
 
 def test_the_ground_goes_straight_between_the_middles_of_months(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cps_envs.core.declare.series import Series
-from cps_envs.core.declare.traces import TIME, Table, even_times, read_table
+from cps_envs.core.declare.traces import SHIPPED, TIME, Table, even_times, read_table
 from cps_envs.core.documents import MOST_BYTES, check_count, read_bytes
 from cps_envs.core.errors import ConfigurationError, near
 
@@ -17,7 +17,6 @@ SPEEDS = {"m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.
 DEEPEST = 8  # elements inside one another; SUMO writes three
 TIMES = ("time_s", "time", "time_seconds", "seconds", "t", "t_s", "cycsecs", "sec", "test time, secs")
 SPEED_NAMES = ("speed", "velocity", "v", "target speed", "vehicle_speed", "cyc")
-SHIPPED = Path(__file__).parents[2] / "data"
 
 
 def read_drive_cycle(path: str | Path, unit: str = "") -> Series:

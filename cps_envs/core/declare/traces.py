@@ -18,6 +18,7 @@ from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.types import FloatArray, IntArray
 
 TIME = "time_s"
+SHIPPED = Path(__file__).parents[2] / "data"  # series that come along
 KINDS = (".csv", ".csv.gz", ".parquet")
 MOST_COLUMNS = 1000
 
