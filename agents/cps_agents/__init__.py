@@ -10,13 +10,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cps_agents import sb3 as sb3
     from cps_agents import torchrl as torchrl
-    from cps_agents.arena.meeting import attempt as attempt
-    from cps_agents.arena.store import Store as Store
-    from cps_agents.arena.venue import Venue as Venue
     from cps_agents.datasets import dataset_name as dataset_name
     from cps_agents.datasets import write_dataset as write_dataset
-    from cps_agents.league.league import asked as asked
-    from cps_agents.league.league import line_up as line_up
     from cps_agents.league.strategy import mix as mix
     from cps_agents.learning.learner import learn as learn
     from cps_agents.learning.recipe import Recipe as Recipe
@@ -24,7 +19,6 @@ if TYPE_CHECKING:
     from cps_agents.learning.run import TrainingJob as TrainingJob
     from cps_agents.recipes.finding import find_recipe as find_recipe
     from cps_agents.scoring.score import score as score
-    from cps_agents.workers import Workers as Workers
     from cps_agents.zoo.own import save_network as save_network
 
 HOMES = {  # name -> module, or module:attribute
@@ -40,12 +34,6 @@ HOMES = {  # name -> module, or module:attribute
     "Recipe": "cps_agents.learning.recipe:Recipe",
     "changed": "cps_agents.learning.recipe:changed",
     "find_recipe": "cps_agents.recipes.finding:find_recipe",
-    "attempt": "cps_agents.arena.meeting:attempt",
-    "Store": "cps_agents.arena.store:Store",
-    "asked": "cps_agents.league.league:asked",
-    "line_up": "cps_agents.league.league:line_up",
-    "Venue": "cps_agents.arena.venue:Venue",
-    "Workers": "cps_agents.workers:Workers",
 }
 __all__ = [*HOMES]
 

@@ -18,6 +18,7 @@ from typer.main import get_command
 from cps_agents.console import err, note
 from cps_agents.errors import explain
 from cps_agents.interruption import ending, exit_code
+from cps_agents.part import Unfinished
 
 WRONG_INPUT = 2
 TRUST = "--trust"
@@ -165,6 +166,9 @@ def told(ctx: Any, advice: Callable[[], str]) -> Iterator[None]:
     except KeyboardInterrupt as error:
         _say(f"Interrupted. {advice()}".strip())
         raise typer.Exit(exit_code(error)) from None
+    except Unfinished as others:
+        _say(_escaped(str(others)))
+        raise typer.Exit from None
     except Exception as error:
         _name_choices(error)
         message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)

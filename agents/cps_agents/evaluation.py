@@ -10,7 +10,7 @@ from cps_agents.arena.play import Report, play, silent
 from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
 from cps_agents.arena.store import Store
 from cps_agents.arena.table import RETURN, Table, scores
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 from cps_agents.zoo.references import is_trained
 from cps_envs.core.types import FloatArray, Role, other
 
@@ -57,7 +57,7 @@ class Standing:
         }
 
 
-def compare(table: Table, store: Store, workers: int, report: Report = silent) -> list[Standing]:
+def compare(table: Table, store: Store, workers: Where, report: Report = silent) -> list[Standing]:
     """Play what `store` does not have and judge everything, opponent by opponent."""
     with Workers(workers) as pool:
         played = play([table], store, pool, report=report)

@@ -137,8 +137,8 @@ def write_figure(path: Path, figure: Any) -> None:
 
 
 @contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
-    """While no other command writes into a folder, which is made if need be.
+def alone_in(folder: Path, wait_s: float = 0.0) -> Iterator[None]:
+    """While no other command writes into a folder, which is made if need be; another one's end is waited for so long.
 
     The system frees the lock of a process that has died, however it died; the empty file `.lock` stays.
 
@@ -146,13 +146,13 @@ def alone_in(folder: Path) -> Iterator[None]:
         CommandError: another command is writing there.
         OSError: nothing can be written there.
     """
-    with _held(folder / ".lock", f"into {folder}"):
+    with _held(folder / ".lock", f"into {folder}", wait_s):
         yield
 
 
 @contextmanager
 def alone_at(path: Path, wait_s: float = 0.0) -> Iterator[None]:
-    """While no other command writes a file; see `alone_in`. Another one's end is waited for so many seconds."""
+    """While no other command writes a file; see `alone_in`."""
     with _held(path.with_name(f".{path.name}.lock"), str(path), wait_s):
         yield
 

@@ -1,4 +1,4 @@
-"""Doing many pieces of work, in this process or in several."""
+"""Doing many pieces of work, in this process, in several or on other machines."""
 
 from __future__ import annotations
 
@@ -8,35 +8,47 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from multiprocessing import connection, parent_process
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
 from types import FrameType, TracebackType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from cps_agents.interruption import FIRST_SIGNAL_CODE, end, exit_code
 from cps_envs.core.declare.foreign import ForeignSettingWarning
 
+if TYPE_CHECKING:
+    from cps_agents.cluster import Cluster
+
 SIGNAL_S = 1.0  # in which a signal reaches all processes of a group
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Where: TypeAlias = "int | Cluster"  # so many processes of this machine, or the machines of a cluster
 
 
 class Workers:
-    """A context in which work is done by `count` processes; with one, in this process, one piece after the other.
+    """A context in which work is done by processes, or by a cluster; with one, here, one piece after the other.
 
     The processes are spawned, so a script that uses several must guard its main part, and functions, items and results
     must be such that they can be pickled. An error or Ctrl-C inside the context cancels the work that is left and ends
     the context's own processes: in work that has begun, SIGTERM raises KeyboardInterrupt, so that it can keep what it
-    has. The processes also end when this one is killed.
+    has. The processes also end when this one is killed. A cluster does a piece again whose worker or machine has died.
+
+    Args:
+        where: how many processes, or which cluster.
+        pieces: of work, if that is known: no more processes than that.
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, where: Where, pieces: int | None = None) -> None:
         self._spawning = _Spawning()
-        self._pool: ProcessPoolExecutor | None = None
-        if count > 1:
+        self._pool: Executor | None = None
+        self._ours = isinstance(where, int)
+        if not isinstance(where, int):
+            self._pool = where.executor()
+        elif (count := where if pieces is None else min(where, pieces)) > 1:
             self._pool = ProcessPoolExecutor(count, mp_context=self._spawning, initializer=_listen)
 
     def __enter__(self) -> Workers:
@@ -58,7 +70,8 @@ class Workers:
             for item in items:
                 yield item, function(item)
             return
-        futures = {self._pool.submit(_work, function, item): item for item in items}
+        work = partial(_work, function) if self._ours else function
+        futures = {self._pool.submit(work, item): item for item in items}
         for future in as_completed(futures):
             try:
                 result = future.result()

@@ -15,6 +15,7 @@ EXTRAS = {  # package -> the extra of ours that installs it
     "pymoo": "genetic",
     "minari": "data",
     "pygame": "render",
+    "ray": "ray",
 }
 
 

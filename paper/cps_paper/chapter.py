@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Generic
 
+from cps_agents.workers import Where
 from cps_envs.core.errors import ConfigurationError, near
 from cps_paper.claims import (
     Claims,
@@ -102,14 +103,14 @@ class Chapter(Generic[E]):
         *,
         quick: bool = False,
         recheck: bool = False,
-        jobs: int = 1,
+        jobs: Where = 1,
         report: Report | None = None,
         **reading: Any,
     ) -> Reproduction[E]:
         """Compute what the parts need (all if none is named); `recheck` judges the claims under other conditions too.
 
-        `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the
-        share of the work done. `reading` are the options of the chapter.
+        `jobs` processes share the work, or a cluster does. Processes are spawned, so a script must guard its main part.
+        `report` is told the share of the work done. `reading` are the options of the chapter.
 
         Raises:
             ConfigurationError: see `chosen`; or an option that the chapter refuses.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, TypeAlias, TypeVar
 
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 
 Result = TypeVar("Result", covariant=True)
 Own = TypeVar("Own", bound="Evidence")
@@ -65,13 +65,13 @@ class Evidence:
 
 
 def compute(
-    experiments: Iterable[Experiment[Any]], jobs: int = 1, report: Report | None = None
+    experiments: Iterable[Experiment[Any]], jobs: Where = 1, report: Report | None = None
 ) -> dict[Experiment[Any], Any]:
-    """Run every distinct experiment once, the long ones first, in `jobs` processes (1: in this one)."""
+    """Run every distinct experiment once, the long ones first, by so many processes (1: this one) or by a cluster."""
     todo = sorted(dict.fromkeys(experiments), key=lambda experiment: -experiment.cost)
     total, done = sum(experiment.cost for experiment in todo), 0.0
     results = {}
-    with Workers(min(jobs, len(todo))) as workers:
+    with Workers(jobs, len(todo)) as workers:
         for experiment, result in workers.run(_run, todo):
             results[experiment] = result
             done += experiment.cost

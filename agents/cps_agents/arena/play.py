@@ -9,6 +9,7 @@ from typing import TypeAlias, TypeVar
 from cps_agents.arena.meeting import Job, Result, attempt
 from cps_agents.arena.store import Store, file_name
 from cps_agents.arena.table import Table
+from cps_agents.part import Unfinished
 from cps_agents.workers import Workers
 
 Report = Callable[[int, int, str], None]  # jobs done, jobs in all, the last one
@@ -34,6 +35,7 @@ def play(tables: Sequence[Table], store: Store, pool: Workers, *, report: Report
 
     Raises:
         UnknownNameError: a table shows what no episode has; nothing has been played yet.
+        Unfinished: see `finish_all`.
     """
     for table in tables:
         table.check_numbers()
@@ -51,14 +53,29 @@ def play(tables: Sequence[Table], store: Store, pool: Workers, *, report: Report
 
 
 def finish_all(jobs: Sequence[AnyJob], store: Store, pool: Workers) -> Iterator[tuple[AnyJob, Result]]:
-    """Jobs with their results; those that `store` does not have are done and kept."""
-    left = []
-    for job in jobs:
+    """Jobs with their results; those that `store` does not have are done and kept.
+
+    Raises:
+        Unfinished: the store's part is done, and the other parts have work left.
+    """
+    mine = set(store.part.share(range(len(jobs))))
+    left: list[AnyJob] = []
+    others: list[AnyJob] = []
+    missing = 0
+    for place, job in enumerate(jobs):
         result = store.get(job)
-        if result is None:
-            left.append(job)
-        else:
+        if result is not None:
             yield job, result
+        else:
+            (left if place in mine else others).append(job)
     for job, result in pool.run(attempt, left):
         store.put(job, result)
         yield job, result
+    for job in others:
+        result = store.get(job)
+        if result is None:
+            missing += 1
+        else:
+            yield job, result
+    if missing:
+        raise Unfinished(store.part, "meetings", missing)

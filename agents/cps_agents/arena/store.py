@@ -17,6 +17,7 @@ from cps_agents.arena.meeting import Job, Result
 from cps_agents.console import to_json
 from cps_agents.files import write_json
 from cps_agents.machine import versions
+from cps_agents.part import WHOLE, Part
 from cps_agents.zoo.card import SHIPPED
 from cps_agents.zoo.code import hashes_of_code
 from cps_envs import PROBLEMS
@@ -32,11 +33,12 @@ class Store:
     """Results of jobs, one file each, valid as long as neither the job nor the code behind it changes.
 
     Several processes may use a folder at once: a file is whole or not there. A `fresh` one believes only what it has
-    been given itself; what it keeps takes the place of what was there.
+    been given itself; what it keeps takes the place of what was there. Of what is asked for, a `part` is done here, and
+    the rest by processes that use the same folder.
     """
 
-    def __init__(self, folder: Path, *, fresh: bool = False) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, *, fresh: bool = False, part: Part = WHOLE) -> None:
+        self.folder, self.part = folder, part
         self._versions = versions()
         self._fresh = fresh
         self._own, self._found = set[Path](), set[Path]()  # kept by this one, and found finished

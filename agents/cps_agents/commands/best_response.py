@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.arena.store import Store
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
+    AtCluster,
     BudgetS,
     Changes,
     Config,
@@ -25,7 +25,9 @@ from cps_agents.commands.options import (
     Steps,
     conclude,
     described,
+    kept,
     role_named,
+    workers,
 )
 from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
@@ -36,7 +38,7 @@ from cps_agents.league.report import stacked
 from cps_agents.league.response import Budget, Question, Responses, respond
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.league.venues import venue_against
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
 from cps_agents.progress import Progress
 from cps_agents.recipes.finding import usual_recipe
 from cps_agents.scoring.exploits import KNOWN, Exploit, entry_at, keep_exploit
@@ -81,6 +83,7 @@ def best_response(
     ),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    cluster: AtCluster = None,
     fresh: Fresh = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue unfinished runs.")] = False,
     as_json: AsJson = False,
@@ -103,9 +106,9 @@ def best_response(
     asked = described(find_problem(problem), preset, config, overrides)
     question, oracles = _question(problem, mine, mix(against, _weights(weights)), oracle, asked, episodes)
     oracles = in_venue(oracles, question.venue, assignments(knobs or [], "--knob", "learning_rate=0.001"))
-    spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, resume=resume)
+    spent = Budget(seeds, workers(jobs, cluster), describe()["command"], 0, steps, budget, resume=resume)
     value = None if league is None else league_value(league, question.venue)
-    store = Store(meetings, fresh=fresh)
+    store = kept(meetings, fresh=fresh)
     with alone_in(folder):
         present, left_out = line_up_known(question, known or ["all"], store, spent.workers)
         question = replace(question, known=tuple(each.reference for each in present.players(mine)))

@@ -14,14 +14,14 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import AsJson, Changes, Config, described
+from cps_agents.commands.options import AsJson, AtCluster, Changes, Config, described, workers
 from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_at, write_text
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Sheet
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 from cps_baselines.fdi.sweep import Certificate, certify_all, open_tasks, paper_tasks, sweep
 from cps_envs.core.declare.objective import is_own
 from cps_envs.core.documents import Entry, read_entry
@@ -64,6 +64,7 @@ def certify(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Solve so many tasks at a time; default: as many as cores.")
     ] = None,
+    cluster: AtCluster = None,
     improve: Annotated[bool, typer.Option("--improve", help="Continue with tasks that are not proved.")] = False,
     to: Annotated[
         Path | None,
@@ -83,7 +84,7 @@ def certify(
     config = FDI.config(preset, values)
     if not is_own(config):
         raise CommandError("certificates are of the impact speed: leave `payoff` out")
-    limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores()}
+    limits: dict[str, Any] = {"time_limit_s": time_limit, "where": workers(jobs, cluster)}
     if episodes is not None:
         path = to or Path("results") / "certificates" / f"{preset}-episodes.json"
         certify_episodes(config, episodes, path, **limits, as_json=as_json)
@@ -100,14 +101,14 @@ def tasks_named(texts: Iterable[str], num_vehicles: int) -> Sequence[Task]:
 
 
 def certify_tasks(
-    config: FdiConfig, tasks: Sequence[Task], path: Path, *, improve: bool, jobs: int, as_json: bool, **limits: Any
+    config: FdiConfig, tasks: Sequence[Task], path: Path, *, improve: bool, where: Where, as_json: bool, **limits: Any
 ) -> None:
     """Certify tasks within the limits of `sweep`, keep each at once, and show them; what the file has stays."""
     with alone_at(path):
         known, earlier = _earlier(path, config)
         left = open_tasks(tasks, known, improve=improve)
         header = _header(earlier)
-        with Progress("tasks", len(left)) as progress, Workers(jobs) as pool:
+        with Progress("tasks", len(left)) as progress, Workers(where) as pool:
             for done, record in enumerate(sweep(config, left, dict(known), run=pool.run, **limits), 1):
                 known[record.task] = record
                 write_text(path, to_text(header, config, known.values()))
@@ -173,10 +174,10 @@ def _cells(record: Record) -> tuple[str, ...]:
 
 
 def certify_episodes(
-    config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, jobs: int, as_json: bool
+    config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, where: Where, as_json: bool
 ) -> None:
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
-    with alone_at(path), Progress("episodes", episodes) as progress, Workers(jobs) as pool:
+    with alone_at(path), Progress("episodes", episodes) as progress, Workers(where) as pool:
         rows = stored_episodes(path, config)
         left = [seed for seed in range(episodes) if str(seed) not in rows]
         progress.total = len(left)

@@ -15,6 +15,7 @@ from cps_agents.arena.venue import Venue
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
+    AtCluster,
     Attackers,
     Changes,
     Config,
@@ -22,17 +23,21 @@ from cps_agents.commands.options import (
     Fresh,
     Jobs,
     Meetings,
+    OfPart,
     Preset,
     conclude,
     described,
+    kept,
     role_named,
+    workers,
 )
 from cps_agents.console import note, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 from cps_agents.evaluation import Standing, compare, is_better
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
 from cps_agents.progress import Progress
 from cps_agents.sheet import Cell, Sheet, styled
+from cps_agents.workers import Where
 from cps_envs import find_problem
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.types import FloatArray, Role, other
@@ -61,6 +66,8 @@ def evaluate(
     per: Annotated[str, typer.Option(help="Divide by another metric of the episode, such as oracle_value_mps.")] = "",
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    cluster: AtCluster = None,
+    part: OfPart = None,
     fresh: Fresh = False,
     as_json: AsJson = False,
 ) -> None:
@@ -89,7 +96,7 @@ def evaluate(
     table = Table(
         venue, sides["attacker"], sides["defender"], episodes, metric, per, first_seed, judged=known, bars=bars
     )
-    standings = _compare(table, Store(meetings, fresh=fresh), jobs or available_cores())
+    standings = _compare(table, kept(meetings, fresh=fresh, part=part), workers(jobs, cluster))
     if as_json:
         heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values)}
         played = {"episodes": episodes, "first_seed": first_seed}
@@ -116,9 +123,9 @@ def _everybody(venue: Venue, role: Role) -> list[str]:
     return [reference for reference, admission in found if admission.plays]
 
 
-def _compare(table: Table, store: Store, workers: int) -> list[Standing]:
+def _compare(table: Table, store: Store, where: Where) -> list[Standing]:
     with built_by_user(), Progress("policies against opponents", 1) as progress:
-        standings = compare(table, store, workers, progress.report)
+        standings = compare(table, store, where, progress.report)
     conclude([], store)
     return standings
 

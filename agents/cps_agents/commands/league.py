@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from cps_agents.arena.store import Store
 from cps_agents.arena.venue import Venue
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
+    AtCluster,
     Attackers,
     Changes,
     Config,
@@ -21,18 +22,22 @@ from cps_agents.commands.options import (
     Html,
     Jobs,
     Meetings,
+    OfPart,
     Preset,
     conclude,
     described,
+    kept,
+    workers,
 )
 from cps_agents.console import out, print_json
 from cps_agents.files import alone_in, write_figure, write_json, write_text
 from cps_agents.league.league import League, asked, play_league
 from cps_agents.league.report import document, draw, rows_as_csv, tables, verdict
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
 from cps_agents.progress import Progress
 from cps_agents.report.board import board_of
 from cps_agents.report.report import Report, write_report
+from cps_agents.workers import Where
 from cps_envs import find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES, Role
@@ -58,6 +63,8 @@ def league(
     html: Html = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    cluster: AtCluster = None,
+    part: OfPart = None,
     fresh: Fresh = False,
     as_json: AsJson = False,
 ) -> None:
@@ -76,14 +83,14 @@ def league(
     venue = Venue(problem, chosen or game.usual_preset, values)
     references: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     started = time.monotonic()
-    with alone_in(folder):
-        store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
+    store, where = kept(meetings, fresh=fresh, part=part), workers(jobs, cluster)
+    with alone_in(folder) if part is None else nullcontext():  # parts that end at once write the same
         with Progress(f"{problem} pairs", 1) as progress:
             table = asked(venue, references, episodes, metric)
-            found = play_league(table, references, store, cores, progress.report, oracles=oracles)
+            found = play_league(table, references, store, where, progress.report, oracles=oracles)
         wall_s = time.monotonic() - started
         files = _write(found, document(found, describe(), wall_s), folder)
-        files += [] if html is None else [_page(found, cores, html)]
+        files += [] if html is None else [_page(found, where, html)]
     if as_json:
         print_json(document(found, describe(), wall_s))
     else:
@@ -99,9 +106,9 @@ def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
     return files
 
 
-def _page(found: League, cores: int, folder: Path) -> Path:
+def _page(found: League, where: Where, folder: Path) -> Path:
     with Progress("episodes to watch", 1) as progress:
-        return write_report(Report([board_of(found)]), folder, cores, progress.report)
+        return write_report(Report([board_of(found)]), folder, where, progress.report)
 
 
 def _show(found: League) -> None:

@@ -14,6 +14,8 @@ import typer
 from cps_agents.console import assignments, note
 from cps_agents.errors import CommandError
 from cps_agents.files import check_writable
+from cps_agents.machine import available_cores
+from cps_agents.part import WHOLE, Part, parse_part
 from cps_envs.core.declare.foreign import ForeignSettingWarning
 from cps_envs.core.game.configuration_file import ARGUMENT, with_file
 from cps_envs.core.game.problem import Problem
@@ -21,6 +23,7 @@ from cps_envs.core.types import ROLES, Role
 
 if TYPE_CHECKING:  # commands that play nothing start without it
     from cps_agents.arena.store import Store
+    from cps_agents.workers import Where
 
 MEETINGS = Path("results/meetings")
 KEPT = "Keep finished games in this folder, which all commands share."
@@ -28,6 +31,10 @@ POLICY = "A name from `cps-envs list`, or name?option=value. Default: the preset
 SEVERAL = "A policy's name, zoo:NAME, or `all`: computed and shipped ones. May be repeated."
 FRESH = "Play everything again, also what is kept."
 Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
+CLUSTER = "Work on a Ray cluster, with all of its cores: `auto` on one of its machines, or ray://HOST:10001."
+AtCluster = Annotated[str | None, typer.Option("--cluster", metavar="ADDRESS", help=CLUSTER)]
+PART = "Do every N-th piece of work, from the I-th on: N such commands share a folder (docs: Many machines)."
+OfPart = Annotated[Part | None, typer.Option("--part", metavar="I/N", parser=parse_part, help=PART)]
 Preset = Annotated[str | None, typer.Option(help="Start from this preset. Default: learning.")]
 Attacker = Annotated[str | None, typer.Option(help=POLICY)]
 Defender = Annotated[str | None, typer.Option(help=POLICY)]
@@ -88,6 +95,37 @@ Meetings = Annotated[
     Path,
     typer.Option("--meetings", metavar="DIR", envvar="CPS_ENVS_MEETINGS", help=KEPT, callback=_able_to_keep),
 ]
+
+
+def workers(jobs: int | None, cluster: str | None) -> Where:
+    """Where the work is done: by so many processes, by default as many as there are cores, or by a cluster.
+
+    Raises:
+        CommandError: both are asked for, or no cluster answers.
+        MissingExtraError: a cluster is asked for, and Ray is not installed.
+    """
+    if cluster is None:
+        return jobs or available_cores()
+    if jobs is not None:
+        raise CommandError("--jobs counts processes of this machine, and --cluster takes all cores: leave one out")
+    from cps_agents.cluster import join
+
+    found = join(cluster)
+    note(str(found))
+    return found
+
+
+def kept(folder: Path, *, fresh: bool, part: Part | None = None) -> Store:
+    """Where finished meetings are kept.
+
+    Raises:
+        CommandError: everything is to be played again, by parts that find each other's meetings there.
+    """
+    from cps_agents.arena.store import Store
+
+    if fresh and part is not None:
+        raise CommandError("--part finds there what other parts have played, and --fresh does not: leave one out")
+    return Store(folder, fresh=fresh, part=part or WHOLE)
 
 
 def role_named(text: str) -> Role:

@@ -14,6 +14,7 @@ from cps_agents.arena.venue import Venue
 from cps_agents.commands.league import MOST
 from cps_agents.commands.options import (
     MEETINGS,
+    AtCluster,
     Attackers,
     Changes,
     Config,
@@ -24,15 +25,18 @@ from cps_agents.commands.options import (
     Preset,
     conclude,
     described,
+    kept,
+    workers,
 )
+from cps_agents.errors import CommandError
 from cps_agents.files import alone_in
 from cps_agents.league.league import asked
-from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 from cps_agents.report.board import Board, kept_board, play_board
 from cps_agents.report.report import Report, write_report
 from cps_agents.report.report import serve as serve_folder
 from cps_agents.report.sources import read_curves, read_sheets
+from cps_agents.workers import Where
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.types import Role
@@ -59,10 +63,11 @@ def report(
     quick: Annotated[
         bool, typer.Option("--quick", help="Three players of each role who can all meet: a first look.")
     ] = False,
-    kept: Annotated[bool, typer.Option("--kept", help="Show finished meetings only; play none.")] = False,
+    only_kept: Annotated[bool, typer.Option("--kept", help="Show finished meetings only; play none.")] = False,
     serve: Annotated[bool, typer.Option("--serve", help="Serve the page and open it in a browser.")] = False,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    cluster: AtCluster = None,
     fresh: Fresh = False,
 ) -> None:
     """Write a page to open in a browser: who beats whom, and episodes to watch.
@@ -71,6 +76,8 @@ def report(
     folder. Click a pair of the matrix to watch its episodes.
     """
     require("scipy", extra="baselines", purpose="a report")
+    if cluster is not None and only_kept and not replays:
+        raise CommandError("--kept --replays 0 plays nothing: there is no work for --cluster, leave it out")
     curves, sheets = read_curves(runs or []), read_sheets(paper or [])
     references: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     venues = []
@@ -79,11 +86,13 @@ def report(
         chosen, values = described(found, preset, config, overrides)
         venues.append(Venue(name, chosen or found.usual_preset, values))
     with alone_in(folder):
-        store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
+        store, where = kept(meetings, fresh=fresh), workers(jobs, cluster)
         tables = [asked(venue, references, episodes) for venue in venues]
-        boards = [_board(each, references, store, cores, kept, QUICK_PLAYERS if quick else None) for each in tables]
+        boards = [
+            _board(each, references, store, where, only_kept, QUICK_PLAYERS if quick else None) for each in tables
+        ]
         with Progress("episodes to watch", 1) as progress:
-            page = write_report(Report(boards, replays, curves, sheets), folder, cores, progress.report)
+            page = write_report(Report(boards, replays, curves, sheets), folder, where, progress.report)
     missing = sum(board.missing for board in boards)
     unplayed = [f"{missing} pairs have not been played and are marked."] if missing else []
     conclude([page], store, *unplayed, *([] if serve else ["Open the page in a browser; --serve does."]))
@@ -95,11 +104,11 @@ def _board(
     table: Table,
     references: Mapping[Role, Sequence[str]],
     store: Store,
-    cores: int,
-    kept: bool,
+    where: Where,
+    only_kept: bool,
     most: int | None,
 ) -> Board:
-    if kept:
+    if only_kept:
         return kept_board(table, store)
     with Progress(f"{table.venue.problem} pairs", 1) as progress:
-        return play_board(table, references, store, cores, progress.report, most)
+        return play_board(table, references, store, where, progress.report, most)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from cps_agents.commands.options import AsJson
+from cps_agents.commands.options import AsJson, AtCluster, Jobs, workers
 from cps_agents.console import note, out, print_json
 from cps_agents.files import check_writable, write_json
 from cps_agents.progress import Progress
@@ -45,6 +45,8 @@ def score_policy(
     to: Annotated[
         Path | None, typer.Option("--out", metavar="FILE.json", help="Write the score with all pays here.")
     ] = None,
+    jobs: Jobs = None,
+    cluster: AtCluster = None,
     as_json: AsJson = False,
 ) -> None:
     """Play a policy against the panel of a track and print one line to cite, and its rank."""
@@ -53,8 +55,9 @@ def score_policy(
     made = Kind(kind or "searched", numbers) if kind or numbers else None
     if to is not None:
         check_writable(to)
+    where = workers(jobs, cluster)
     with Progress("episodes", total) as progress:
-        scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)
+        scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update, workers=where)
         progress.update(total)
     try:
         if to is not None:

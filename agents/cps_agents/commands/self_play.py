@@ -13,6 +13,7 @@ from cps_agents.arena.venue import Venue
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
+    AtCluster,
     Attackers,
     BudgetS,
     Changes,
@@ -26,6 +27,8 @@ from cps_agents.commands.options import (
     Steps,
     conclude,
     described,
+    kept,
+    workers,
 )
 from cps_agents.console import assignments, err, note, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
@@ -37,7 +40,7 @@ from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, it
 from cps_agents.league.self_play_report import document, draw, play_line, strategy_line, table, tell_round
 from cps_agents.league.venues import merged
 from cps_agents.learning.recipe import SHARED
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
 from cps_agents.recipes.finding import usual_recipe
 from cps_agents.workers import Workers
 from cps_agents.zoo.references import form_of
@@ -66,6 +69,7 @@ def self_play(
     folder: Annotated[Path, typer.Option("--out", help="Write runs and results to this folder.")] = Path("self-play"),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    cluster: AtCluster = None,
     fresh: Fresh = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue from what is there.")] = False,
     as_json: AsJson = False,
@@ -79,9 +83,9 @@ def self_play(
     given = assignments(knobs or [], "--knob", "learning_rate=0.001")
     chosen, values = described(find_problem(problem), preset, config, overrides)
     venue, responding = _settings(problem, oracle or [], chosen, values, given)
-    spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget)
+    spent = Budget(seeds, workers(jobs, cluster), describe()["command"], 0, steps, budget)
     named: dict[Role, list[str]] = {"attacker": attacker or ["all"], "defender": defender or ["all"]}
-    store = Store(meetings, fresh=fresh)
+    store = kept(meetings, fresh=fresh)
     with alone_in(folder):
         game = _game(venue, named, responding, episodes, spent, store)
         claim(folder, game, resume)

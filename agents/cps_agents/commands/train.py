@@ -9,16 +9,18 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs, described, whole
+from cps_agents.commands.options import AsJson, AtCluster, Changes, Jobs, Knobs, OfPart, described, whole, workers
 from cps_agents.console import assignments, note, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed, knobs_of
-from cps_agents.learning.run import TrainingJob, read_earlier
+from cps_agents.learning.run import FINISHED, TrainingJob, read_earlier
 from cps_agents.learning.tracking import check_tracker
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
+from cps_agents.part import Part, Unfinished
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.sheet import Sheet
+from cps_agents.workers import Where
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_envs import find_problem
 from cps_envs.core.errors import require
@@ -60,6 +62,8 @@ def train(
     ] = Path("runs"),
     ship: Annotated[Path | None, typer.Option("--to", help=SHIP)] = None,
     jobs: Jobs = None,
+    cluster: AtCluster = None,
+    part: OfPart = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue unfinished runs.")] = False,
     tracker: Annotated[str, typer.Option(help=TRACKER)] = "tensorboard",
     show: Annotated[bool, typer.Option("--list", help="Print the recipes and stop.")] = False,
@@ -77,6 +81,8 @@ def train(
     file = config if config is not None and config.suffix.lower() == ".toml" else None
     earlier = None if config is None or file is not None else read_earlier(config)
     if show or (name is None and earlier is None):
+        if cluster is not None or part is not None:
+            raise CommandError("a list is no work to divide: name a recipe, or leave --cluster and --part out")
         _list(list(RECIPES.values()), as_json)
         return
     if name is not None and earlier is not None:
@@ -94,12 +100,17 @@ def train(
         if name == "all"
         else [find_recipe(name or "", algorithm)]
     )
-    found = []
+    every = []
     for recipe in chosen:
         against = _opponent(recipe, preset, {"attacker": attacker, "defender": defender})
         recipe = _installed(changed(recipe, {**values, **against, **_venue(recipe, preset, file, overrides)}))
-        runs = _jobs(recipe, wanted, folder, resume=resume, tracker=tracker)
-        found.append(_train(runs, jobs or available_cores(), ship))
+        every.append(_jobs(recipe, wanted, folder, resume=resume, tracker=tracker))
+        _check_ship(recipe, ship)
+    where, found = workers(jobs, cluster), []
+    if part is not None:
+        _train_part([job for runs in every for job in runs], part, where)
+    for runs in every:
+        found.append(_train(runs, where, ship))
         if not as_json:
             _print(runs, found[-1])
     if as_json:
@@ -138,14 +149,28 @@ def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Traini
     return [TrainingJob(recipe, seed, home / f"seed-{seed}", command, **how) for seed in seeds]
 
 
-def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str, Any]:
-    """What came out; the policies are shipped if asked for."""
-    name = runs[0].recipe.name
-    if ship is not None and runs[0].recipe.algorithm == SEARCH:
+def _check_ship(recipe: Recipe, ship: Path | None) -> None:
+    if ship is not None and recipe.algorithm == SEARCH:
         raise CommandError(
             f"--to combines networks, and {SEARCH} finds numbers: leave it out, and play what is printed"
         )
-    results = train_all(runs, workers, name)
+
+
+def _train_part(runs: list[TrainingJob], part: Part, where: Where) -> None:
+    """Do a part of the runs, of all recipes together.
+
+    Raises:
+        Unfinished: it is done, and other parts have runs left.
+    """
+    train_all(part.share(runs), where, f"part {part}")
+    if missing := sum(job.read().get("status") != FINISHED for job in runs):
+        raise Unfinished(part, "runs", missing)
+
+
+def _train(runs: list[TrainingJob], where: Where, ship: Path | None) -> dict[str, Any]:
+    """What came out; the policies are shipped if asked for."""
+    name = runs[0].recipe.name
+    results = train_all(runs, where, name)
     if ship is not None:
         merge([job.card for job in runs], ship / f"{name}.json")
         from cps_agents.zoo.references import reference_to

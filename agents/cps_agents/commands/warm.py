@@ -64,7 +64,7 @@ def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
     todo = [(problem.name, list(visits(problem))) for problem in problems]
     done, total = 0, sum(len(uses) for _, uses in todo)
     found = {}
-    with Progress("warm", total) as progress, Workers(min(jobs, len(todo))) as workers:
+    with Progress("warm", total) as progress, Workers(jobs, len(todo)) as workers:
         progress.say(f"{total} presets, adapters and policies of {', '.join(name for name, _ in todo)}")
 
         def report(visit: Visit) -> None:

@@ -20,6 +20,7 @@ from cps_agents.league.self_play import (
     play_pool,
 )
 from cps_agents.league.strategy import Strategy
+from cps_agents.workers import Where
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import EVALUATION, VALIDATION
 from cps_envs.core.types import FloatArray
@@ -68,7 +69,9 @@ class LeagueOutcome:
         return sum(found.cpu_s for each in self.iterations for found in each.responses.values())
 
 
-def judge(game: SelfPlayGame, pool: Pool, iterations: Sequence[Iteration], store: Store, workers: int) -> LeagueOutcome:
+def judge(
+    game: SelfPlayGame, pool: Pool, iterations: Sequence[Iteration], store: Store, workers: Where
+) -> LeagueOutcome:
     """Play what is missing in the matrices of all policies, and bound every profile by them."""
     validation, evaluation = (play_pool(game, pool, seeds, store, workers) for seeds in (VALIDATION, EVALUATION))
     final = equilibrium_profile(pool, validation.means)

@@ -16,7 +16,7 @@ from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
 from cps_agents.league.equilibrium import Equilibrium, dominating, game_value, solve
 from cps_agents.league.meetings import LeftOut, Payoffs, find_clashes, has_played, left_out_for, play_table
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
 
@@ -63,7 +63,7 @@ def play_league(
     table: Table,
     references: Mapping[Role, Sequence[str]],
     store: Store,
-    workers: int,
+    workers: Where,
     report: Report = silent,
     *,
     oracles: bool = False,

@@ -22,7 +22,7 @@ from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation, changed
 from cps_agents.learning.run import TrainingJob
 from cps_agents.progress import Progress
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 from cps_agents.zoo.references import reference_to
 from cps_baselines.family import find_family
 from cps_envs.core.declare.panel import Contestant
@@ -50,7 +50,7 @@ class Budget:
     """What each oracle may spend with each training seed."""
 
     seeds: int
-    workers: int
+    workers: Where
     command: str
     first_seed: int = 0
     steps: int | None = None  # decisions, those of searches included
@@ -163,7 +163,7 @@ def _fitting(recipes: Sequence[Recipe]) -> list[Recipe]:
     return [recipe for recipe in recipes if not refusals.get(recipe.name)]
 
 
-def _warm(recipe: Recipe, question: Question, store: Store, workers: int, title: str) -> Recipe:
+def _warm(recipe: Recipe, question: Question, store: Store, workers: Where, title: str) -> Recipe:
     """The recipe beginning with the network, among the known policies, that is paid most; as it is if there is none."""
     from cps_agents.learning.warm_start import fits
 
@@ -226,7 +226,7 @@ def _unit(recipe: Recipe) -> int:
     return decisions(recipe.venue, recipe.role) if recipe.algorithm == SEARCH else 1
 
 
-def _validate(references: Sequence[str], question: Question, store: Store, workers: int, title: str) -> FloatArray:
+def _validate(references: Sequence[str], question: Question, store: Store, workers: Where, title: str) -> FloatArray:
     """What the role's policies are paid against the strategy, (P,), the mean over validation seeds."""
     role, strategy = question.role, question.strategy
     sides = {role: list(map(Contestant, references)), other(role): list(map(Contestant, strategy.policies))}

@@ -26,7 +26,7 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.response import Budget, Question, Response, Responses, Tell, respond
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.progress import Progress
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.declare.seeds import VALIDATION
 from cps_envs.core.documents import Entry, read_entry
@@ -130,7 +130,7 @@ def _grown(pool: Pool, iteration: Iteration) -> Pool:
     }
 
 
-def play_pool(game: SelfPlayGame, pool: Pool, seeds: range, store: Store, workers: int) -> Payoffs:
+def play_pool(game: SelfPlayGame, pool: Pool, seeds: range, store: Store, workers: Where) -> Payoffs:
     """The matrix of all pairs on the seeds that make strategies, or on those that judge; only new pairs are played."""
     title = "validation pairs" if seeds == VALIDATION else "evaluation pairs"
     table = Table(game.venue, pool["attacker"], pool["defender"], game.episodes, first_seed=seeds.start)
@@ -165,7 +165,7 @@ def _iterate(
     return iteration
 
 
-def _plan(game: SelfPlayGame, pool: Pool, store: Store, home: Path, workers: int) -> Profile:
+def _plan(game: SelfPlayGame, pool: Pool, store: Store, home: Path, workers: Where) -> Profile:
     """The profile to respond to; once made it stays, whatever is played again later."""
     path = home / "plan.json"
     if path.is_file():

@@ -23,7 +23,7 @@ from cps_agents.errors import CommandError, explain
 from cps_agents.league.league import League, check_anybody, line_up, standings
 from cps_agents.league.meetings import LeftOut, payoffs_of
 from cps_agents.report.replay import Take
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 from cps_agents.zoo.references import Origin, is_trained
 from cps_envs import find_problem
 from cps_envs.core.declare.panel import Contestant
@@ -206,7 +206,7 @@ def play_board(
     table: Table,
     references: Mapping[Role, Sequence[str]],
     store: Store,
-    workers: int,
+    workers: Where,
     told: Report = silent,
     most: int | None = None,
 ) -> Board:

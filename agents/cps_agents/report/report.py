@@ -27,7 +27,7 @@ from cps_agents.machine import describe
 from cps_agents.report.board import Board, document
 from cps_agents.report.replay import Take, record
 from cps_agents.sheet import Sheet
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 
 SCRIPTS = ("tools.js", "episode.js", "tracks.js", "player.js", "charts.js", "matrix.js", "pair.js", "main.js")
 EPISODES = "episodes"
@@ -112,7 +112,7 @@ class Report:
     facts: Sequence[str] = field(default_factory=tuple)
 
 
-def write_report(report: Report, folder: Path, workers: int = 1, told: Told = silent) -> Path:
+def write_report(report: Report, folder: Path, workers: Where = 1, told: Told = silent) -> Path:
     """Record the episodes and write the page; returns its path.
 
     The page comes first, so that a folder that cannot be written is told before anything is played.
@@ -137,8 +137,8 @@ def write_report(report: Report, folder: Path, workers: int = 1, told: Told = si
     return page
 
 
-def _record(takes: Sequence[Take], folder: Path, workers: int, told: Told) -> None:
-    with Workers(min(workers, max(len(takes), 1))) as pool:
+def _record(takes: Sequence[Take], folder: Path, workers: Where, told: Told) -> None:
+    with Workers(workers, len(takes)) as pool:
         for done, (take, episode) in enumerate(pool.run(record, takes), start=1):
             write_episode(folder, take.key, episode)
             told(done, len(takes), take.label)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cps_agents.arena.play import silent
 from cps_agents.scoring.tracks import Track
+from cps_agents.workers import Workers
 from cps_agents.zoo.references import form_of
 from cps_envs.core.declare.seeds import score_seeds
 from cps_envs.core.game.play import play_episodes
@@ -18,7 +21,7 @@ from cps_envs.registration import find_problem
 
 BATCH = 256  # episodes at a time
 Seeds = Sequence[Sequence[int]]  # of each opponent of the panel
-Report = Callable[[int], None]  # episodes played
+Report = Callable[[int, float], None]  # episodes played, and the CPU seconds that they took
 
 
 def seeds_of(track: Track, split: str, episodes: int, draw: int = 0) -> list[range]:
@@ -35,13 +38,15 @@ def parted(seeds: Seeds, parts: int) -> list[list[Sequence[int]]]:
     ]
 
 
-def pays(track: Track, policy: PolicyReference, seeds: Seeds, report: Report = silent) -> list[FloatArray]:
+def pays(
+    track: Track, policy: PolicyReference, seeds: Seeds, report: Report = silent, pool: Workers | None = None
+) -> list[FloatArray]:
     """What the attacker is paid against each opponent, one value for each of its seeds.
 
     Raises:
         UnknownNameError, TypeError, ConfigurationError: the policy cannot play the role in this configuration.
     """
-    return played(track, [policy] * len(track.panel), seeds, report)
+    return played(track, [policy] * len(track.panel), seeds, report, pool)
 
 
 def answers(track: Track, seeds: Seeds) -> list[FloatArray]:
@@ -50,24 +55,45 @@ def answers(track: Track, seeds: Seeds) -> list[FloatArray]:
 
 
 def played(
-    track: Track, policies: Sequence[PolicyReference], seeds: Seeds, report: Report = silent
+    track: Track,
+    policies: Sequence[PolicyReference],
+    seeds: Seeds,
+    report: Report = silent,
+    pool: Workers | None = None,
 ) -> list[FloatArray]:
-    """What the attacker is paid where each of `policies` meets the opponent at its place of the panel."""
-    done, found = 0, []
-    for policy, rival, own in zip(policies, track.panel, seeds, strict=True):
-        parts = []
-        for first in range(0, len(own), BATCH):
-            part = own[first : first + BATCH]
-            parts.append(_batch(track, policy, rival.reference, part))
-            report(done := done + len(part))
-        found.append(np.concatenate(parts))
+    """What the attacker is paid where each of `policies` meets the opponent at its place of the panel.
+
+    Without a `pool` they play in this process.
+    """
+    batches = [
+        Batch(place, first, policy, rival.reference, own[first : first + BATCH])
+        for place, (policy, rival, own) in enumerate(zip(policies, track.panel, seeds, strict=True))
+        for first in range(0, len(own), BATCH)
+    ]
+    done, cpu_s, found = 0, 0.0, [np.empty(len(own)) for own in seeds]
+    for batch, (paid, own_s) in (pool or Workers(1)).run(partial(_play, track), batches):
+        found[batch.place][batch.first : batch.first + len(batch.seeds)] = paid
+        done, cpu_s = done + len(batch.seeds), cpu_s + own_s
+        report(done, cpu_s)
     return found
 
 
-def _batch(track: Track, policy: PolicyReference, opponent: str, seeds: Sequence[int]) -> FloatArray:
+class Batch(NamedTuple):
+    """Episodes that are played at once."""
+
+    place: int  # of the opponent in the panel
+    first: int  # place of the first seed among all against this opponent
+    policy: PolicyReference
+    opponent: str
+    seeds: Sequence[int]
+
+
+def _play(track: Track, batch: Batch) -> tuple[FloatArray, float]:
+    started = time.process_time()
+    policy, opponent, seeds = batch.policy, batch.opponent, batch.seeds
     problem, config = find_problem(track.problem), track.venue.config
     if isinstance(policy, str):
         config = problem.config(track.venue.preset, form_of(policy, config))
     players: Any = {track.role: policy, other(track.role): opponent}
     paid: FloatArray = play_episodes(problem, config, players, seeds)["return"]
-    return paid
+    return paid, time.process_time() - started

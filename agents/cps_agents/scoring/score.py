@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
@@ -16,8 +15,9 @@ from cps_agents.errors import CommandError
 from cps_agents.machine import versions
 from cps_agents.scoring.frozen import DEV, Frozen, read_frozen, rounded, texts
 from cps_agents.scoring.kind import Kind, kind_of
-from cps_agents.scoring.playing import Report, parted, pays, seeds_of
+from cps_agents.scoring.playing import parted, pays, seeds_of
 from cps_agents.scoring.tracks import CHALLENGE, find_track
+from cps_agents.workers import Where, Workers
 from cps_agents.zoo.lookup import playable
 from cps_agents.zoo.references import origin_of
 from cps_envs.core.policies.lookup import PolicyReference
@@ -154,22 +154,25 @@ def score(
     split: Split = "test",
     kind: Kind | None = None,
     sampled: bool = False,
-    report: Report = silent,
+    report: Callable[[int], None] = silent,
+    workers: Where = 1,
 ) -> Score:
     """Score a policy: a reference, or any object with `predict`, such as a model of stable-baselines3.
 
     All training seeds of `zoo:NAME` and of `sb3:FOLDER` play, each its own part of the episodes. `sampled` is for a
     model as an object that is to draw its actions. `kind` says what made the policy, where that cannot be told
-    from its reference.
+    from its reference. `report` is told how many episodes have been played. Several processes, or a cluster, can play a
+    reference; an object plays in this process.
 
     Raises:
         UnknownNameError: there is no such track or policy.
         ConfigurationError, TypeError: the policy does not fit the role.
-        CommandError: the track is not frozen, or this installation plays another game.
+        CommandError: the track is not frozen, this installation plays another game, or an object is to play elsewhere.
     """
     found = find_track(track)
     frozen = read_frozen(found)
-    start = time.process_time()
+    if not isinstance(policy, str) and workers != 1:
+        raise CommandError("a policy that is an object plays in this process: leave `workers` out, or name a reference")
     frozen.check_game()
     seeds = seeds_of(found, split, found.episodes // (DEV if split == "dev" else 1))
     origin = None
@@ -180,10 +183,18 @@ def score(
         spec = find_problem(found.problem).game(found.venue.config, 1).spec(found.role)
         players = {None: playable(policy, spec, sampled=sampled)}
     paid: dict[str, Sequence[FloatArray]] = {}
-    for place, ((seed, player), own) in enumerate(zip(players.items(), parted(seeds, len(players)), strict=True)):
-        before = place * sum(map(len, own))
-        rows = pays(found, player, own, lambda done, before=before: report(before + done))  # type: ignore[misc]
-        paid["" if seed is None else str(seed)] = [rounded(row) for row in rows]
+    before, spent_s, now_s = 0, 0.0, 0.0
+
+    def told(done: int, cpu_s: float) -> None:
+        nonlocal now_s
+        now_s = spent_s + cpu_s
+        report(before + done)
+
+    with Workers(workers) as pool:
+        for (seed, player), own in zip(players.items(), parted(seeds, len(players)), strict=True):
+            rows = pays(found, player, own, told, pool)
+            paid["" if seed is None else str(seed)] = [rounded(row) for row in rows]
+            before, spent_s = before + sum(map(len, own)), now_s
     return Score(
         frozen=frozen,
         split=split,
@@ -192,5 +203,5 @@ def score(
         pays=paid,
         sources={} if origin is None else origin.sources,
         playable=isinstance(policy, str),
-        cpu_s=time.process_time() - start,
+        cpu_s=spent_s,
     )

@@ -14,7 +14,7 @@ from cps_agents.arena.store import Store
 from cps_agents.arena.table import Table
 from cps_agents.arena.venue import Venue
 from cps_agents.errors import CommandError
-from cps_agents.workers import Workers
+from cps_agents.workers import Where, Workers
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.declare.panel import Contestant
 from cps_envs.core.errors import near
@@ -118,17 +118,17 @@ def _shortened(table: Table) -> Table:
     return replace(table, attackers=attackers, episodes=min(table.episodes, QUICK_EPISODES))
 
 
-def run_benchmark(benchmark: Benchmark, store: Store, *, workers: int, report: Report = silent) -> BenchmarkOutcome:
+def run_benchmark(benchmark: Benchmark, store: Store, *, workers: Where, report: Report = silent) -> BenchmarkOutcome:
     """Play everything that `store` does not have yet, keeping each result as soon as it is there."""
     with Workers(workers) as pool:
         return BenchmarkOutcome(benchmark, play(benchmark.tables, store, pool, report=report))
 
 
-def compile_kernels(benchmarks: Sequence[Benchmark], store: Store, workers: int, report: Report = silent) -> None:
+def compile_kernels(benchmarks: Sequence[Benchmark], store: Store, workers: Where, report: Report = silent) -> None:
     """Play a short meeting of each problem that is new to `store`, side by side: what they compile, others find."""
     jobs = [job for each in benchmarks for job in _shortest(each) if store.get(job) is None]
-    if workers > 1 and len(jobs) > 1:
-        with Workers(min(workers, len(jobs))) as pool:
+    if isinstance(workers, int) and workers > 1 and len(jobs) > 1:
+        with Workers(workers, len(jobs)) as pool:
             report(0, len(jobs), "compiling kernels")
             for done, (job, _) in enumerate(pool.run(attempt, jobs), start=1):
                 report(done, len(jobs), job.venue.problem)

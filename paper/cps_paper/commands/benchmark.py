@@ -4,19 +4,35 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from cps_agents.arena.store import Store
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Html, Jobs, Meetings, conclude
+from cps_agents.commands.options import (
+    MEETINGS,
+    AsJson,
+    AtCluster,
+    Fresh,
+    Html,
+    Jobs,
+    Meetings,
+    OfPart,
+    conclude,
+    kept,
+    workers,
+)
 from cps_agents.console import err, out, print_json
+from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, write_figure, write_json, write_text
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
+from cps_agents.part import Unfinished
 from cps_agents.progress import Progress
 from cps_agents.report.report import PAPER, Report, write_report
 from cps_agents.sheet import Sheet
+from cps_agents.workers import Where
 from cps_envs import PROBLEMS, find_problem
 from cps_paper.benchmark.report import agreement, document, heat_maps, markdown, rows_as_csv, tables
 from cps_paper.benchmark.schedule import Benchmark
@@ -37,6 +53,8 @@ def benchmark(
     html: Html = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    cluster: AtCluster = None,
+    part: OfPart = None,
     fresh: Fresh = False,
     as_json: AsJson = False,
 ) -> None:
@@ -52,15 +70,17 @@ def benchmark(
         find_problem(name)
     every = list(map(find_benchmark, named))
     if show:
+        if cluster is not None or part is not None:
+            raise CommandError("a list is no work to divide: leave --cluster and --part out")
         _list_tables(every)
         return
     parts = {"tables": table or [], "attackers": attacker or [], "defenders": defender or []}
     chosen = select(every, **parts, quick=quick, full=full)
-    with alone_in(folder):
+    store, where = kept(meetings, fresh=fresh, part=part), workers(jobs, cluster)
+    with alone_in(folder) if part is None else nullcontext():  # parts that end at once write the same
         started = time.monotonic()
         outcomes = []
-        store = Store(meetings, fresh=fresh)
-        for outcome in _outcomes(chosen, store, jobs or available_cores()):
+        for outcome in _outcomes(chosen, store, where):
             outcomes.append(outcome)
             if not as_json:
                 _show(outcome)
@@ -88,13 +108,19 @@ def _list_tables(benchmarks: Sequence[Benchmark]) -> None:
     out().print(Sheet("Tables", ("problem", "table", "title", "only with"), rows, left=4))
 
 
-def _outcomes(benchmarks: Sequence[Benchmark], store: Store, workers: int) -> Iterator[BenchmarkOutcome]:
+def _outcomes(benchmarks: Sequence[Benchmark], store: Store, where: Where) -> Iterator[BenchmarkOutcome]:
     """Each problem's as soon as it is there."""
     with Progress("kernels", 1) as progress:
-        compile_kernels(benchmarks, store, workers, progress.report)
+        compile_kernels(benchmarks, store, where, progress.report)
+    missing = 0
     for each in benchmarks:
-        with Progress(each.problem, 1) as progress:
-            yield run_benchmark(each, store, workers=workers, report=progress.report)
+        try:
+            with Progress(each.problem, 1) as progress:
+                yield run_benchmark(each, store, workers=where, report=progress.report)
+        except Unfinished as others:  # this part goes on with the next problem
+            missing += others.missing
+    if missing:
+        raise Unfinished(store.part, "meetings", missing)
 
 
 def _write(outcomes: Sequence[BenchmarkOutcome], found: dict[str, Any], folder: Path) -> list[Path]:

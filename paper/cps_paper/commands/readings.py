@@ -21,6 +21,7 @@ from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_figure, write_text
 from cps_agents.sheet import Sheet, plain, styled
+from cps_agents.workers import Where
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import near
 from cps_paper.chapter import Reproduction
@@ -118,7 +119,7 @@ class ChapterReading:
         """For progress and file names."""
         return self.name
 
-    def run(self, jobs: int = 1, report: Report = lambda share, label: None) -> Result:
+    def run(self, jobs: Where = 1, report: Report = lambda share, label: None) -> Result:
         """Compute it in so many processes.
 
         The result has `document` (plain data), `text` (tables), `tallies`, `again` (what changes under the
@@ -137,7 +138,7 @@ class ChapterReading:
             "wall_s": round(time.monotonic() - started, 1),
         }
 
-    def compute(self, jobs: int, report: Report) -> Reproduction[Any]:
+    def compute(self, jobs: Where, report: Report) -> Reproduction[Any]:
         """The chapter under this reading."""
         chosen = {self.command.varied: self.choice} if self.choice else {}
         chapter, quick, recheck = self.command.load(), self.quick, self.recheck

@@ -17,14 +17,15 @@ import typer
 
 from cps_agents.arena.store import Store
 from cps_agents.cli import Commands
-from cps_agents.commands.options import Html
+from cps_agents.commands.options import AtCluster, Html, workers
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, write_json, write_text
-from cps_agents.machine import available_cores, describe
+from cps_agents.machine import describe
 from cps_agents.progress import Progress
 from cps_agents.report.report import Report, write_report
 from cps_agents.sheet import Sheet
+from cps_agents.workers import Where
 from cps_paper.chapter import Reproduction
 from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
@@ -49,16 +50,17 @@ PERCENT = 100
 
 def show(
     title: str,
-    compute: Callable[[int, Told], Reproduction[Any]],
+    compute: Callable[[Where, Told], Reproduction[Any]],
     *,
     jobs: int | None,
+    cluster: str | None,
     plot: Path | None,
     sheets: Path | None,
     html: Path | None,
     as_json: bool,
     whole: bool,
 ) -> None:
-    """Compute with so many processes, reporting progress; print; write figures, tables and a page into folders.
+    """Compute by processes or on a cluster, reporting progress; print; write figures, tables and a page into folders.
 
     What is printed are all tables, or without `whole` how often each of them agrees with the paper.
 
@@ -68,9 +70,9 @@ def show(
     """
     if plot is not None:
         require_matplotlib()
-    started = time.monotonic()
+    where, started = workers(jobs, cluster), time.monotonic()
     with Progress(title, PERCENT) as progress:
-        found = compute(jobs or available_cores(), lambda share, label: progress.update(int(PERCENT * share), label))
+        found = compute(where, lambda share, label: progress.update(int(PERCENT * share), label))
     wall_s = time.monotonic() - started
     files = [] if plot is None else draw(found, plot)
     undrawn = " No figure: the parts asked for have none." if plot is not None and not files else ""
@@ -103,6 +105,7 @@ def everything(
         Path, typer.Option("--out", help="Write files to this folder; done/ keeps finished work.")
     ] = Path("reproduced"),
     jobs: Jobs = None,
+    cluster: AtCluster = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work and begin again.")] = False,
     publish: Annotated[bool, typer.Option("--publish", help=PUBLISH)] = False,
     as_json: AsJson = False,
@@ -123,11 +126,11 @@ def everything(
     todo = chosen(every, only or [])
     if publish and not recheck:
         refuse_older_rechecks([each.name for each in todo], Path())
-    machine = describe()
+    machine, where = describe(), workers(jobs, cluster)
     summary = folder / "summary.json"
     with alone_in(folder):
         store = Store(folder / "done", fresh=fresh)
-        found = [{**machine, **each} for each in _finish(todo, store, jobs, folder)]
+        found = [{**machine, **each} for each in _finish(todo, store, where, folder)]
         plain = [{name: value for name, value in each.items() if name != "text"} for each in found]
         write_json(summary, plain)
         files = [summary, *(put(found, Path(), [each.name for each in every]) if publish else [])]
@@ -144,15 +147,13 @@ def everything(
         raise typer.Exit(REGRESSION)
 
 
-def _finish(todo: Sequence[ChapterReading], store: Store, jobs: int | None, folder: Path) -> Iterator[dict[str, Any]]:
+def _finish(todo: Sequence[ChapterReading], store: Store, where: Where, folder: Path) -> Iterator[dict[str, Any]]:
     """Compute what is not there yet, one reading after the other, and write the files of each."""
     for place, reading in enumerate(todo, 1):
         result = store.get(reading)
         if result is None:
             with Progress(f"{reading.name}, {place} of {len(todo)}", 100) as progress:
-                result = reading.run(
-                    jobs or available_cores(), lambda share, label: progress.update(int(100 * share), label)
-                )
+                result = reading.run(where, lambda share, label: progress.update(int(100 * share), label))
             store.put(reading, result)
         else:
             err().print(f"{reading.name} was finished already; --fresh does it again.")
@@ -224,6 +225,7 @@ def _parameter(option: Option) -> inspect.Parameter:
 
 SHARED = {
     "jobs": (None, Jobs),
+    "cluster": (None, AtCluster),
     "plot": (None, Folder),
     "sheets": (None, Sheets),
     "html": (None, Html),
