@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from platform import node
-from typing import Any, Protocol
+from typing import Any, Protocol, TextIO
 
 from cps_agents.arena.store import fingerprint
 from cps_agents.errors import CommandError
@@ -76,7 +77,22 @@ def join(address: str) -> RayCluster:
         raise CommandError(
             f"no Ray cluster answers at --cluster {address} ({reason.rstrip('.')}): start one with `ray start --head`"
         ) from error
+    sys.stdout = Results(sys.stdout)  # type: ignore[assignment]
     return RayCluster(address)
+
+
+class Results:
+    """Standard output of the thread that prints results. Ray's threads tell there which workers died: to stderr."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream, self._thread = stream, threading.get_ident()
+
+    def write(self, text: str) -> int:
+        """Write a text where it belongs."""
+        return (self._stream if threading.get_ident() == self._thread else sys.stderr).write(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 def _ray() -> Any:

@@ -48,7 +48,7 @@ class Unfinished(Exception):  # noqa: N818
 
     def __init__(self, part: Part, what: str, missing: int) -> None:
         super().__init__(
-            f"Part {part} is done. The other parts have {missing} of the {what} left: whichever ends last gives the results, "
-            "and so does the same command without --part."
+            f"Part {part} is done. The other parts have {missing} of the {what} left: whichever ends last gives the "
+            "results, and so does the same command without --part."
         )
         self.missing = missing

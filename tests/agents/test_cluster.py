@@ -11,6 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -142,6 +143,16 @@ def test_an_error_of_the_work_comes_without_the_wrapping() -> None:
     wrapped.cause = ModuleNotFoundError("No module named 'mine'")  # type: ignore[attr-defined]
     assert "install there what is installed here" in str(cluster._own(wrapped))
     assert isinstance(cluster._own(RuntimeError("Worker died.\nLong story")), CommandError)
+
+
+def test_only_results_are_printed_to_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    stream: Any = cluster.Results(sys.stdout)
+    print("[1]", file=stream, flush=True)
+    thread = Thread(target=print, args=("a worker died",), kwargs={"file": stream})
+    thread.start()
+    thread.join()
+    assert capsys.readouterr() == ("[1]\n", "a worker died\n")
+    assert stream.encoding == sys.stdout.encoding
 
 
 def test_without_ray_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
