@@ -57,6 +57,13 @@ def test_what_the_package_needs_is_there() -> None:
     assert "torch" in pins(ROOT / "requirements" / "all.txt")
 
 
+def test_the_extra_for_clusters_brings_what_submits_jobs() -> None:
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    (extra,) = map(Requirement, re.findall(r'^ray = \["([^"]+)"\]', text, re.M))
+    assert (extra.name, extra.extras) == ("ray", {"default"})
+    assert extra.specifier.contains(pins(ROOT / "constraints.txt")["ray"].removeprefix("=="))
+
+
 def built(source: Path, folder: Path) -> ZipFile:
     """The wheel of a source tree."""
     builders = pytest.importorskip("hatchling.builders.wheel", reason="needs hatchling, which builds the wheel")

@@ -77,7 +77,7 @@ def join(address: str) -> RayCluster:
         raise CommandError(
             f"no Ray cluster answers at --cluster {address} ({reason.rstrip('.')}): start one with `ray start --head`"
         ) from error
-    sys.stdout = Results(sys.stdout)  # type: ignore[assignment]
+    sys.stdout = Results(sys.stdout)
     return RayCluster(address)
 
 

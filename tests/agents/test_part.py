@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,19 +126,8 @@ def test_runs_are_trained_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     pytest.importorskip("cma", reason="needs the baselines")
     monkeypatch.chdir(tmp_path)
     short = ("--preset", "easy", "--set", "duration_s=3", "--set", "onset_s=0", "--knob", "evaluation_episodes=2")
-    words = (
-        "train",
-        "RogueAttack-v0",
-        "--algo",
-        "cma-es",
-        *short,
-        "--knob",
-        "population=4",
-        "--knob",
-        "family=rogue-switching",
-        "--steps",
-        "8",
-    )
+    search = ("--algo", "cma-es", "--knob", "family=rogue-switching", "--knob", "population=4", "--steps", "8")
+    words = ("train", "RogueAttack-v0", *search, *short)
     first = succeeded(*words, "--seeds", "2", "--part", "1/2", "--jobs", "1")
     assert first.stdout == ""
     assert "The other parts have 1 of the runs left" in " ".join(first.stderr.split())
@@ -148,3 +141,29 @@ def test_what_no_part_can_do_is_refused(tmp_path: Path, monkeypatch: pytest.Monk
     assert "leave one out" in refusal(*MEET, "--part", "1/2", "--fresh")
     assert "a list is no work to divide" in refusal("train", "--list", "--part", "1/2")
     assert "No such option: --part" in refusal("self-play", "rogue", "--part", "1/2")
+
+
+@pytest.mark.slow  # a fresh process for each task
+def test_the_array_job_of_the_page_gives_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page's file as Slurm runs it: once for each number, with the words behind its name."""
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"```bash\n(.*?)```", page, re.DOTALL)
+    (tasks,) = re.findall(r"^#SBATCH --array=1-(\d+)$", script, re.MULTILINE)
+    assert f"PARTS={tasks} " in script
+    program = Path(sys.executable).parent / "cps-envs"
+    here = script.replace("/shared/project", str(tmp_path)).replace(".venv/bin/cps-envs", str(program))
+    Path("parts.sbatch").write_text(here.replace(f"PARTS={tasks}", "PARTS=2"), encoding="utf-8")
+    printed = [
+        subprocess.run(
+            ["bash", "parts.sbatch", *MEET, *SHORT],
+            env={**os.environ, "SLURM_ARRAY_TASK_ID": number, "CPS_ENVS_MEETINGS": str(tmp_path / "meetings")},
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        for number in ("1", "2")
+    ]
+    assert printed[0].stdout == ""
+    assert "The other parts have 1 of the meetings left" in " ".join(printed[0].stderr.split())
+    assert printed[1].stdout == succeeded(*MEET, *SHORT, "--meetings", "meetings").stdout
