@@ -16,11 +16,10 @@ pytest.importorskip("torch")
 import torch
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.checkpoint import arrays_of, restore
 from cps_agents.learning.copies import Copies
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.learner import learn
-from cps_agents.learning.ppo import Learner, LearningProgress
+from cps_agents.learning.ppo import Learner, Returns
 from cps_agents.learning.recipe import Recipe, changed, knobs_of
 from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.shared import make_envs, make_learner
@@ -82,6 +81,37 @@ def test_of_like_episodes_the_better_ones_are_followed(copies: int) -> None:
     assert (advantages == advantages[0]).all()
     learner.learn()
     assert learner.progress().training_return > 0.5 * BEST
+
+
+def test_the_return_that_is_shown_is_of_one_whole_episode_of_each_environment() -> None:
+    shown = Returns(3)
+    shown.start(at_once=False)
+
+    def add(*returns: float) -> float:
+        """What is shown once the episodes with these returns have ended; those that go on have none."""
+        found = np.array(returns)
+        shown.add(np.nan_to_num(found), ~np.isnan(found))
+        return shown.mean
+
+    goes_on = np.nan
+    assert np.isnan(add(9.0, 9.0, goes_on))  # whose beginnings nobody has seen
+    assert np.isnan(add(1.0, goes_on, 9.0))
+    assert np.isnan(add(8.0, 2.0, goes_on))  # the first environment ends its second short episode
+    assert add(8.0, goes_on, 6.0) == 3.0
+    assert add(goes_on, 5.0, goes_on) == 3.0  # began before 3.0 was known
+    assert add(0.0, goes_on, 0.0) == 3.0  # these began then
+    assert add(goes_on, 3.0, goes_on) == 1.0
+    shown.start(at_once=True)
+    assert add(4.0, 4.0, goes_on) == 1.0
+    assert add(0.0, 0.0, 4.0) == 4.0
+
+
+def test_short_episodes_do_not_come_first() -> None:
+    learner = make_learner(recipe_of("attacker", n_steps=5, total_timesteps=640), 0)
+    means = []
+    learner.learn(lambda progress: means.append(progress.training_return))
+    assert np.isnan(means[0])
+    assert np.isfinite(means[-1])
 
 
 def test_copies_are_at_least_two() -> None:
@@ -215,38 +245,6 @@ def test_gaussian_actions_have_their_density() -> None:
     np.testing.assert_allclose(network.judge(rows, drawn)[1].detach(), normal.entropy().sum(1).detach(), atol=1e-5)
 
 
-@pytest.mark.parametrize("noise", [False, True])
-def test_a_resumed_run_is_the_same_bit_for_bit(noise: bool) -> None:
-    recipe = recipe_of("defender" if noise else "attacker", episode_noise=noise, n_steps=50, total_timesteps=12_800)
-    whole, kept = make_learner(recipe, 0), []
-
-    def keep(progress: LearningProgress) -> None:
-        if progress.resumable and not kept:
-            kept.append(arrays_of(whole))
-
-    whole.learn(keep)
-    resumed = make_learner(recipe, 0, kept[0])
-    restore(resumed, kept[0])
-    assert 0 < resumed.share < 1
-    resumed.learn()
-    ends = arrays_of(whole), arrays_of(resumed)
-    for name, array in ends[0].items():
-        if name not in ("numbers", "returns"):
-            np.testing.assert_array_equal(array, ends[1][name])
-    assert ends[0]["numbers"][1] == ends[1]["numbers"][1]
-
-
-def test_a_checkpoint_that_does_not_fit_is_refused() -> None:
-    learner = make_learner(recipe_of("attacker"), 0)
-    arrays = arrays_of(learner)
-    name = "network/policy.0.weight"
-    for wrong in (arrays[name][:, :2], arrays[name].astype(np.float64), np.full_like(arrays[name], np.nan)):
-        with pytest.raises(ValueError, match="not"):
-            restore(learner, {**arrays, name: wrong})
-    with pytest.raises(ValueError, match="counts"):
-        restore(learner, {key: array for key, array in arrays.items() if key != "counts"})
-
-
 PLAYED = [
     (TOY, "attacker", {"frame_skip": 2, "recent_s": (3.0, 9.0), "rough_s": 4.0}),
     (TOY, "attacker", {}),
@@ -357,19 +355,6 @@ def test_ctrl_c_leaves_a_policy_and_the_run_goes_on(tmp_path: Path) -> None:
         json.loads((tmp_path / name / "evaluations.jsonl").read_text().splitlines()[-1]) for name in ("whole", "cut")
     ]
     assert {**rows[0], "cpu_s": 0} == {**rows[1], "cpu_s": 0}
-
-
-def test_a_damaged_checkpoint_is_named(tmp_path: Path) -> None:
-    def interrupt(steps: int, note: str) -> None:
-        if steps > STEPS // 2:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        learn(job(tmp_path), interrupt)
-    path = tmp_path / "checkpoint.safetensors"
-    path.write_bytes(path.read_bytes()[:100])
-    with pytest.raises(CommandError, match=r"checkpoint\.safetensors is damaged"):
-        learn(job(tmp_path, resume=True))
 
 
 def test_recipes_take_their_numbers_from_the_problems() -> None:

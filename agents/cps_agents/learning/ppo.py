@@ -7,7 +7,6 @@ value beyond an episode's end, and tells its value function what only the simula
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -20,7 +19,6 @@ from cps_agents.learning.recipe import Recipe
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, FloatArray, Observation
 
-LAST_EPISODES = 200  # whose mean return is reported
 EPISODES_PER_START = 20  # that each environment plays between two starts of all of them, which cost one episode
 LEAST_BATCH = 64  # rows; a smaller rest of an epoch is left out
 ADVANTAGE_CLIP = 4.0  # deviations, chosen
@@ -34,8 +32,7 @@ class LearningProgress(NamedTuple):
     updates: int
     steps: int  # native decisions so far
     cpu_s: float  # of learning so far
-    training_return: float  # mean of the last episodes that ended, NaN before
-    resumable: bool  # whether `Learner.arrays` has all there is now
+    training_return: float  # mean of one whole episode of each environment, see `Returns`; NaN before
 
     @property
     def steps_per_s(self) -> float:
@@ -51,8 +48,7 @@ class LearningProgress(NamedTuple):
 class Learner:
     """A network and what improves it. Runs with a budget of steps are the same bit for bit, in one go or resumed.
 
-    For that all episodes start anew every `restart_every` updates, with seeds of their own. Between two updates of
-    which the second begins so, nothing but `arrays` has to be remembered.
+    All episodes start anew every `restart_every` updates, with seeds of their own.
     """
 
     def __init__(self, envs: LearningVectorEnv, recipe: Recipe, seed: int = 0) -> None:
@@ -65,7 +61,9 @@ class Learner:
         self.rates = [float(group["lr"]) for group in self.optimizer.param_groups]
         self.updates, self.steps, self.cpu_s = 0, 0, 0.0
         self.scale, self.scaled_steps = 0.0, 0  # mean square of discounted returns, and of how many steps
-        self.returns: deque[float] = deque(maxlen=LAST_EPISODES)
+        self.returns = Returns(envs.episodes)
+        if self.restart_every > 1:
+            envs.keep_past()
 
     def make_optimizer(self) -> torch.optim.Optimizer:
         """Adam over all that learns."""
@@ -84,16 +82,19 @@ class Learner:
 
     def progress(self) -> LearningProgress:
         """How far it is."""
-        mean = float(np.mean(self.returns)) if self.returns else float("nan")
-        resumable = self.updates % self.restart_every == 0
-        return LearningProgress(self.share, self.updates, self.steps, self.cpu_s, mean, resumable)
+        return LearningProgress(self.share, self.updates, self.steps, self.cpu_s, self.returns.mean)
+
+    @property
+    def between_starts(self) -> bool:
+        """Whether episodes go on into the next update, and do not start anew with it."""
+        return self.updates % self.restart_every > 0
 
     def learn(self, report: Callable[[LearningProgress], None] = lambda progress: None) -> None:
         """Go on until the budget is used up, and report after each update."""
         final_share = self.recipe.ppo.final_learning_rate / self.recipe.ppo.learning_rate  # of the entropy bonus, too
         while self.share < 1:
             began = time.process_time()
-            if self.updates % self.restart_every == 0:
+            if not self.between_starts:
                 self.start()
             falling = 1 - (1 - final_share) * self.share
             for group, rate in zip(self.optimizer.param_groups, self.rates, strict=True):
@@ -107,7 +108,7 @@ class Learner:
         """Start all episodes, whose seeds follow from the number of updates."""
         self.rows, _ = self.envs.reset(options={"start": self.updates // self.restart_every})
         self.discounted = np.zeros(self.envs.num_envs)
-        self.begun = np.full(self.envs.num_envs, self.envs.copies > 1)  # rows whose episode began with them
+        self.returns.start(at_once=self.envs.copies > 1)
 
     def improve(self, falling: float) -> None:
         """Collect decisions of all episodes, and learn from them."""
@@ -152,12 +153,10 @@ class Learner:
         self.discounted[ended] = 0.0
 
     def note_ended(self, info: dict[str, Any], ended: BoolArray) -> None:
-        """Keep the returns of episodes that were played from their start to their end."""
+        """Count the returns of the episodes that have ended."""
         if ended.any():
             own = slice(None, None, self.envs.agents)
-            whole = (ended & self.begun)[own]
-            self.returns.extend(info["final_info"]["episode"]["r"][own][whole].tolist())
-            self.begun |= ended
+            self.returns.add(info["final_info"]["episode"]["r"][own], ended[own])
 
     def update(self, played: Experience, chosen: Tensor, falling: float) -> None:
         """Clipped policy gradients and value errors over the rows `chosen`, until the policy has moved enough."""
@@ -214,6 +213,33 @@ class Learner:
             later = np.where(decides[t], values[t], gained)
             advantages[t] = following
         return advantages, advantages + values[:-1]
+
+
+class Returns:
+    """The mean return of one whole episode of each environment, all of which began within the same time.
+
+    The episodes that end first are the short ones. So a mean is that of all environments, and the next one is of
+    episodes that begin when it is known: no environment counts twice, and no network that is long gone.
+    """
+
+    def __init__(self, episodes: int) -> None:
+        self.mean = float("nan")  # the last one
+        self.found: FloatArray = np.zeros(episodes)
+        self.begun, self.known = np.zeros((2, episodes), np.bool_)  # whether the episode that counts has begun, ended
+
+    def start(self, *, at_once: bool) -> None:
+        """Begin to count anew; with `at_once` the episodes that are there have just begun."""
+        self.begun[:], self.known[:] = at_once, False
+
+    def add(self, returns: FloatArray, ended: BoolArray) -> None:
+        """What the episodes that have `ended` (B,) have returned (B,); the next ones begin."""
+        counts = ended & self.begun & ~self.known
+        self.found[counts] = returns[counts]
+        self.known |= counts
+        if self.known.all():
+            self.mean = float(self.found.mean())
+            self.start(at_once=False)
+        self.begun |= ended
 
 
 class Experience(NamedTuple):

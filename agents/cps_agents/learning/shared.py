@@ -1,7 +1,7 @@
 """A training run of our own PPO, from start to end, or from where it stopped.
 
-It stops at any time with a policy. It goes on from the last time that all episodes started anew, exactly as a run that
-was not stopped does, if its budget is one of steps: CPU seconds are never the same twice.
+It stops at any time with a policy. It goes on from its last checkpoint, exactly as a run that was not stopped does, if
+its budget is one of steps: CPU seconds are never the same twice.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ from cps_envs.core.types import Array, Role, other
 from cps_envs.registration import find_problem
 
 CHECKPOINT = "checkpoint.safetensors"
-CHECKPOINT_EVERY_S = 5.0  # at most
+CHECKPOINT_EVERY_S = 5.0  # seconds after which the next update ends with a checkpoint, ...
+CHECKPOINT_EVERY = 0.05  # ... or share of the budget, whatever comes first
 SAID_EVERY_S = 5.0  # in `run.json`, which other processes read to show how far it is
 
 
@@ -109,6 +110,11 @@ def validate(recipe: Recipe, policy: Policy) -> dict[str, Array]:
     return play_episodes(find_problem(recipe.problem), recipe.venue.config, players, seeds)
 
 
+def is_due(share: float, seconds: float) -> bool:
+    """Whether a checkpoint is due, this share of the budget and so many seconds after the last one."""
+    return share >= CHECKPOINT_EVERY or seconds >= CHECKPOINT_EVERY_S
+
+
 class Keeper:
     """Evaluates on validation seeds, keeps the best network, writes checkpoints, and says how far it is."""
 
@@ -118,7 +124,8 @@ class Keeper:
         self._game = learner.envs.game
         self._spec = self._game.spec(job.recipe.role)
         self._best = job.read().get("best_score")
-        self._saved_s = self._said_s = -np.inf
+        self._saved_s, self._saved_share = time.monotonic(), learner.share  # what there is needs no checkpoint
+        self._said_s = -np.inf
         self._untrained = True  # whether no evaluation has seen a network that has learned
         self._idle = 0.0  # what the neutral policy gets
         self._validation = ""
@@ -140,10 +147,10 @@ class Keeper:
         if progress.share >= self._next:
             self._next = self._after(progress.share)
             self.evaluate()
-        if progress.resumable and time.monotonic() - self._saved_s > CHECKPOINT_EVERY_S:
+        if is_due(progress.share - self._saved_share, time.monotonic() - self._saved_s):
             write_checkpoint(self._job.folder / CHECKPOINT, self._learner)
             self._note()
-            self._saved_s = time.monotonic()
+            self._saved_s, self._saved_share = time.monotonic(), progress.share
         self.say(progress)
 
     def end(self) -> None:

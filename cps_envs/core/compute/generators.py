@@ -83,6 +83,16 @@ class Lazy(Sequence[np.random.Generator]):
         part.streams[:], part._spawned[:] = self.streams[rows], self._spawned[rows]
         return part
 
+    def state(self, rows: IntArray) -> tuple[Array, IntArray]:
+        """Streams (k, 6) of the generators `rows` (k,) now, and how many children each has had (k,)."""
+        part = self.part(rows)
+        return part.streams, part._spawned
+
+    def go_on(self, streams: Array, spawned: IntArray) -> None:
+        """Go on from such a state of all of them, (B, 6) and (B,)."""
+        self._made.clear()
+        self.streams[:], self._spawned[:] = streams, spawned
+
     def _known(self, rows: IntArray) -> tuple[Array, IntArray, IntArray]:
         return self._words[rows], self._sizes[rows], self._keys[rows]
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import fields, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
-from cps_envs.core.compute.generators import seeded
+from cps_envs.core.compute.generators import Lazy, seeded
 from cps_envs.core.declare.config import check_count
 from cps_envs.core.declare.objective import is_own
 from cps_envs.core.declare.seeds import SEEDS_PER_BLOCK, SEEDS_PER_RUN, training_seed, validation_seed
@@ -23,6 +24,7 @@ from cps_envs.core.interfaces.options import reseeded
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.learning.beside import Beside
 from cps_envs.core.learning.outside import Outside
+from cps_envs.core.learning.past import Arrays, Past, moves, start_again
 from cps_envs.core.learning.scaling import random_actions
 from cps_envs.core.learning.setting import Setting, setting
 from cps_envs.core.learning.side import LearningSide
@@ -36,6 +38,7 @@ APART = {"opponent", "num_envs", "practised", "sampled", "total_timesteps", "ppo
 SETTINGS: Collection[str] = {entry.name for entry in fields(Training)} - APART
 STARTS = ("start", "staggered")  # options of `reset`
 OPTIONS = ("reset_mask", *STARTS)
+TALLIES = ("paid", "returns", "lengths", "cut")  # what is counted of episodes; a past has it as it is
 FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
 
 
@@ -129,6 +132,7 @@ class LearningVectorEnv(RoleVectorEnv):
         self._cut = np.zeros(self.episodes, np.bool_)  # whose beginning nobody has played
         self._paid = np.zeros((self.episodes, self.agents))  # so far, of which `pay_power` is taken
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
+        self._past: Past | None = None
         self._seal()
 
     def _use(self, stage: Stage) -> None:
@@ -225,7 +229,59 @@ class LearningVectorEnv(RoleVectorEnv):
         shown = self.outside.privileged()
         return shown.reshape(self.num_envs, -1)
 
+    def keep_past(self) -> None:
+        """Keep what `past` tells, from the next reset of all episodes on: as many actions as an episode has decisions.
+
+        Raises:
+            ConfigurationError: this environment is for evaluations, or does not start ended episodes at once.
+        """
+        if self.evaluation or self.autoreset_mode != AutoresetMode.SAME_STEP:
+            raise ConfigurationError('a past is kept of training with autoreset="same_step": make such an environment')
+        vars(self).update(_past=Past(self.episodes))
+
+    def past(self) -> dict[str, Array]:
+        """How all episodes came where they are, as arrays by name that `resume` takes, for files.
+
+        Raises:
+            ResetNeeded: nothing has been kept: call `keep_past` before `reset`.
+        """
+        if self._past is None or not self._begun:
+            raise ResetNeeded("no past has been kept: call keep_past(), then reset()")
+        start = np.array(self._start, np.int64)
+        return {"start": start, **self._past.arrays(), **{name: getattr(self, f"_{name}").copy() for name in TALLIES}}
+
+    def resume(self, past: Arrays) -> Observation:
+        """Play a `past` of an equal environment again, whose episodes then go on bit for bit; the rows (num_envs, n).
+
+        It takes as long as the longest of the running episodes. `past` may come from a stranger.
+
+        Raises:
+            ValueError: these arrays are no past of such an environment.
+        """
+        self.keep_past()
+        try:
+            self._start = _number("start", past["start"].item())
+            generators = seeded(self._seeds())
+            start_again(past, generators)
+            self._generators = generators
+            self._begin(self._everyone)
+            for actions, live in moves(past):
+                if (live & (self.game.terminated | (self.game.elapsed >= self._limit))).any():
+                    raise ValueError("an episode goes on after its end")
+                self._advance(self._reader.batch(actions, self.num_envs), live)
+            if (self.game.terminated | (self.game.elapsed >= self._limit)).any():
+                raise ValueError("an episode has ended")
+            for name in TALLIES:
+                _put(past[name], getattr(self, f"_{name}"))
+        except (KeyError, TypeError, ConfigurationError) as error:
+            raise ValueError(f"it does not fit: {error}") from error
+        self._costs.add(self.game.metrics())
+        self._ended, self._any_ended = self._nobody, False
+        return self._side.observe()
+
     def _advance(self, actions: Array, live: BoolArray) -> FloatArray:
+        if self._past is not None:
+            self._past.act(actions, live)
         payoff, rewards = self._side.step(actions, live, self._limit)
         if self._beside is not None:
             less = self._beside.step(live, self.frame_skip)
@@ -274,6 +330,8 @@ class LearningVectorEnv(RoleVectorEnv):
         if self.evaluation:
             self._generators = reseeded(self._generators, self._seeds(), envs)
             self._played[envs] += 1
+        if self._past is not None:
+            self._past.begin(envs, cast(Lazy, self._generators))
         if self._beside is not None:
             self._beside.reset(envs, self._generators, drawn)
         super()._play(envs, drawn)
@@ -304,3 +362,14 @@ def _number(name: str, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
         raise ConfigurationError(f"{name} = {shown(value)} must be a whole number from 0 on")
     return int(value)
+
+
+def _put(array: Array, place: Array) -> None:
+    """Copy an array into another one of its shape and type, which holds finite numbers.
+
+    Raises:
+        ValueError: it has another shape or type, or numbers that are not finite.
+    """
+    if array.shape != place.shape or array.dtype != place.dtype or not np.isfinite(array).all():
+        raise ValueError(f"an array has shape {array.shape} and type {array.dtype}, or is not finite")
+    place[...] = array

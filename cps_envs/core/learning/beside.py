@@ -9,6 +9,7 @@ import numpy as np
 
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.learning.outside import Outside
+from cps_envs.core.learning.wired_player import rows_of
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.policies.state import put
 from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Role, State, other
@@ -43,7 +44,8 @@ class Beside:
             live = envs & ~self._game.terminated & (self._game.elapsed < self._game.horizon)
             if not live.any():
                 break
-            action, self._state = self._outside.act(self._outside.seen(), self._state, self._actions)
+            action, state = self._outside.act(self._outside.seen(), self._state, self._actions)
+            self._state = tuple(rows_of(new, old, live) for new, old in zip(state, self._state, strict=True))
             payoff = self._match.step({self._outside.role: action}, live, self._interval)
             rewards += np.where(live[:, np.newaxis], self._outside.rewards(payoff), 0.0)
         return rewards

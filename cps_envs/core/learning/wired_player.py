@@ -68,10 +68,10 @@ class WiredPlayer:
 
     def _become(self, state: State, envs: BoolArray | None) -> None:
         if envs is not None:
-            state = tuple(_rows_of(new, old, envs) for new, old in zip(state, self.state, strict=True))
+            state = tuple(rows_of(new, old, envs) for new, old in zip(state, self.state, strict=True))
         self.state = state
 
 
-def _rows_of(new: Array, old: Array, envs: BoolArray) -> Array:
+def rows_of(new: Array, old: Array, envs: BoolArray) -> Array:
     """`new` in the marked episodes (B,), `old` in the others."""
     return new if new is old else np.where(envs.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
