@@ -46,12 +46,14 @@ from cps_agents.sheet import Sheet
 from cps_agents.zoo.references import is_trained
 from cps_envs import find_problem
 from cps_envs.core.declare.panel import Contestant
+from cps_envs.core.policies.lookup import parsed
 from cps_envs.core.types import Role, other
 
 AGAINST = "Respond to this {}: its name or zoo:NAME. May be repeated: several are mixed."
 COMPARED = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
 PRESET = "Preset of the environment; default: the one the opponent learned in, or else the recipe's."
-ENTRY = "Respond to this leaderboard entry, leaderboard/v1/TRACK/NAME.json, in its game; keep what is found."
+ENTRY = "Respond to this leaderboard entry, leaderboard/VERSION/TRACK/NAME, in its game; keep what is found."
+ENTRY_SEED = "Respond to this training seed of --entry; default: the one that plays."
 LEAST_EPISODES = 16  # for a board
 LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configuration."
 
@@ -61,7 +63,8 @@ def best_response(
     role: Annotated[str, typer.Argument(help="Role that responds: attacker or defender.")],
     attacker: Annotated[list[str] | None, typer.Option(help=AGAINST.format("attacker"))] = None,
     defender: Annotated[list[str] | None, typer.Option(help=AGAINST.format("defender"))] = None,
-    entry: Annotated[Path | None, typer.Option(metavar="FILE.json", help=ENTRY)] = None,
+    entry: Annotated[Path | None, typer.Option(metavar="FOLDER", help=ENTRY)] = None,
+    entry_seed: Annotated[int | None, typer.Option(min=0, help=ENTRY_SEED)] = None,
     weights: Annotated[
         str | None, typer.Option(help="Weights of several opponents, such as 1,3; default: equal.")
     ] = None,
@@ -101,7 +104,9 @@ def best_response(
             raise CommandError(
                 f"--entry takes --episodes {LEAST_EPISODES} or more, for the interval on the leaderboard"
             )
-        attacker, defender, preset = _entered(entry, problem, role_named(role))
+        attacker, defender, preset = _entered(entry, entry_seed, problem, role_named(role))
+    elif entry_seed is not None:
+        raise CommandError("--entry-seed names a training seed of --entry: write both")
     mine, against = role_named(role), _against(role_named(role), attacker, defender)
     asked = described(find_problem(problem), preset, config, overrides)
     question, oracles = _question(problem, mine, mix(against, _weights(weights)), oracle, asked, episodes)
@@ -119,7 +124,7 @@ def best_response(
         content = _document(question, oracles, responses, judgement, over_value) | describe()
         write_json(folder / "best-response.json", content)
         if entry is not None:
-            _keep(entry, judgement, present.players(mine), responses)
+            _keep(entry, entry_seed, judgement, present.players(mine), responses)
     if as_json:
         print_json(content)
     else:
@@ -128,25 +133,32 @@ def best_response(
     note(f"The response plays as {responses.chosen.reference}")
 
 
-def _entered(entry: Path, problem: str, role: Role) -> tuple[list[str] | None, list[str] | None, str]:
-    """The attacker or the defender that an entry is, and the preset of its track."""
+def _entered(entry: Path, seed: int | None, problem: str, role: Role) -> tuple[list[str] | None, list[str] | None, str]:
+    """The attacker or the defender that an entry is, or its network of a training seed, and the preset of its track."""
     score = entry_at(entry)
     track = score.frozen.track
     if (track.problem, track.role) != (problem, other(role)):
         raise CommandError(f"{entry} is of {track.name}: to it responds `{track.problem} {other(track.role)}`")
-    attacker, defender = ([score.policy], None) if track.role == "attacker" else (None, [score.policy])
+    if seed is not None and str(seed) not in score.pays:
+        raise CommandError(
+            f"{entry} has no training seed {seed}: it has {', '.join(filter(None, score.pays)) or 'none'}"
+        )
+    policy = score.policy if seed is None else parsed(score.policy).with_option("seed", seed)
+    attacker, defender = ([policy], None) if track.role == "attacker" else (None, [policy])
     return attacker, defender, track.venue.preset
 
 
-def _keep(entry: Path, judgement: Judgement, known: Sequence[Contestant], responses: Responses) -> None:
-    """Keep the best of all that played for the entry's board."""
+def _keep(
+    entry: Path, seed: int | None, judgement: Judgement, known: Sequence[Contestant], responses: Responses
+) -> None:
+    """Keep the best of all that played for the entry on the leaderboard."""
     names = {each.name: (KNOWN, each.reference) for each in known}
     names |= {f"{each.oracle}, seed {each.seed}": (each.oracle, each.reference) for each in responses.found}
     by, reference = names[judgement.best]
     oracle, best_known = names[judgement.response][0], names[judgement.known][1]
     score = entry_at(entry)
     kept = Exploit(
-        policy=score.policy,
+        policy=score.policy if seed is None else parsed(score.policy).with_option("seed", seed),
         sources=score.sources,
         by=by,
         response="" if by != KNOWN and is_trained(reference) else reference,  # a network that lies in `--out`
@@ -155,7 +167,7 @@ def _keep(entry: Path, judgement: Judgement, known: Sequence[Contestant], respon
         gain=judgement.gain,
         cpu_s=responses.cpu_s,
     )
-    note(f"On the leaderboard: {keep_exploit(entry, kept)}")
+    note(f"On the leaderboard: {keep_exploit(entry, kept, seed)}")
 
 
 def _question(

@@ -10,15 +10,17 @@ from typer.core import TyperGroup
 
 from cps_agents.commands.options import AsJson, AtCluster, Jobs, workers
 from cps_agents.console import note, out, print_json
-from cps_agents.files import check_writable, write_json
+from cps_agents.errors import CommandError
 from cps_agents.progress import Progress
-from cps_agents.scoring.board import agreement, rank_line, table
+from cps_agents.scoring.board import FOLDER, agreement, rank_line, table
 from cps_agents.scoring.board import board as ranked
-from cps_agents.scoring.kind import Kind
+from cps_agents.scoring.results import read_score
 from cps_agents.scoring.score import Score, score
+from cps_agents.scoring.submission import CODE, Submission, read_submission
 from cps_agents.scoring.tracks import find_track, tracks
-from cps_agents.scoring.verify import read_score
-from cps_agents.scoring.verify import verify as check
+from cps_agents.scoring.verify import changed
+from cps_agents.scoring.verify import verify as play
+from cps_envs.core.policies.trust import require_trust
 
 
 class Scores(TyperGroup):
@@ -32,7 +34,6 @@ class Scores(TyperGroup):
 app = typer.Typer(
     cls=Scores, no_args_is_help=True, help="Score a policy in a track: `cps-envs score rogue-attack POLICY`."
 )
-Kinds = Annotated[str | None, typer.Option(help="What made it: reward, imitation, searched, rules or told.")]
 
 
 @app.command("policy")
@@ -40,41 +41,28 @@ def score_policy(
     track: Annotated[str, typer.Argument(help="Such as rogue-attack; `cps-envs score board` lists them.")],
     policy: Annotated[str, typer.Argument(help="Reference, such as sb3:model.zip, zoo:runs/mine or tracker.")],
     dev: Annotated[bool, typer.Option("--dev", help="A quick look on other seeds; not to be cited.")] = False,
-    kind: Kinds = None,
-    numbers: Annotated[int, typer.Option(min=0, help="How many numbers were searched.")] = 0,
-    to: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.json", help="Write the score with all pays here.")
-    ] = None,
     jobs: Jobs = None,
     cluster: AtCluster = None,
     as_json: AsJson = False,
 ) -> None:
-    """Play a policy against the panel of a track and print one line to cite, and its rank."""
+    """Play a policy against the panel of a track: one line to cite, and its rank."""
     found = find_track(track)
     total = found.episodes * len(found.panel) // (8 if dev else 1)
-    made = Kind(kind or "searched", numbers) if kind or numbers else None
-    if to is not None:
-        check_writable(to)
     where = workers(jobs, cluster)
     with Progress("episodes", total) as progress:
-        scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update, workers=where)
+        scored = score(track, policy, split="dev" if dev else "test", report=progress.update, workers=where)
         progress.update(total)
-    try:
-        if to is not None:
-            write_json(to, scored.to_json())
-    finally:  # what was played is printed, also where the disk is full
-        if as_json:
-            print_json(scored.to_json())
-        else:
-            _show(scored)
-    if to is not None:
-        note(f"Written: {to}")
+    if as_json:
+        print_json(scored.to_json())
+    else:
+        _show(scored)
 
 
 def _show(scored: Score) -> None:
     out().print(scored.line, soft_wrap=True)
     for name, value in scored.opponents.items():
         out().print(f"  {name}: {value:.0f}", soft_wrap=True)
+    out().print(f"Kind: {scored.kind}.", soft_wrap=True)
     if line := rank_line(scored):
         out().print(line, soft_wrap=True)
     out().print(f"Took {scored.cpu_s:.0f} CPU s.")
@@ -94,10 +82,10 @@ def board(
 
 @app.command()
 def compare(
-    first: Annotated[Path, typer.Argument(help="A score that `--out` wrote.")],
+    first: Annotated[Path, typer.Argument(help="Folder of an entry that was played.")],
     second: Annotated[Path, typer.Argument(help="Another one of the same track.")],
 ) -> None:
-    """Say how far two scores are apart, in pairs on the same episodes, without playing."""
+    """Say how far two entries are apart, in pairs on the same episodes, without playing."""
     one, two = read_score(first), read_score(second)
     found = one.minus(two)
     assert found.low is not None
@@ -108,11 +96,30 @@ def compare(
 
 @app.command()
 def verify(
-    file: Annotated[list[Path], typer.Argument(help="Scores that `--out` wrote.")],
-    audit: Annotated[bool, typer.Option("--audit", help="Play fresh seeds, too.")] = False,
-    draw: Annotated[int | None, typer.Option(min=0, max=99_999, help="Which fresh seeds; default: any.")] = None,
+    folder: Annotated[
+        list[Path] | None, typer.Argument(help="Entries, such as leaderboard/v1/rogue-attack/mine.")
+    ] = None,
+    since: Annotated[
+        str | None, typer.Option(metavar="BRANCH", help="Those that this branch has changed since it left BRANCH.")
+    ] = None,
 ) -> None:
-    """Check that files hold scores that their policies reach."""
-    for path in file:
-        found = check(path, audit=audit, draw=draw, say=lambda line: note(f"  {line}"))
-        out().print(f"{path}: {found.line}", soft_wrap=True)
+    """Play entries of the leaderboard, all episodes, and write their `result.json`."""
+    if bool(folder) == (since is not None):
+        raise CommandError("name entries, such as leaderboard/v1/rogue-attack/mine, or --since BRANCH")
+    folders = list(folder or ()) if since is None else changed(since, FOLDER)
+    submissions = [read_submission(each) for each in folders]  # all of them, before any plays
+    for each in submissions:
+        if each.form == CODE:
+            require_trust(str(each.folder / "policy.py"))
+    for each in submissions:
+        found = _verified(each)
+        began = "" if found.began is None else f", began at {found.began.estimate.mean:.1f}"
+        out().print(f"{each.folder}: {found.line}; {found.kind}{began}", soft_wrap=True)
+    if not submissions:
+        note("No entry has changed.")
+
+
+def _verified(submission: Submission) -> Score:
+    track = submission.track
+    with Progress(f"episodes of {submission.name}", track.episodes * len(track.panel)) as progress:
+        return play(submission.folder, progress.update, lambda line: note(f"  {line}"))

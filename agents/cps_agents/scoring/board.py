@@ -1,25 +1,36 @@
-"""The boards: every score in `leaderboard/v1`, in order, as tables."""
+"""The leaderboard: every entry of `leaderboard/VERSION` that the verifier has played, in order, as tables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
-from cps_agents.errors import CommandError
 from cps_agents.scoring.exploits import Exploit, read_exploits
+from cps_agents.scoring.kind import ADVISED, HAND_SET, PRIVILEGED, SCRATCH, SEARCHED
+from cps_agents.scoring.results import read_score
 from cps_agents.scoring.score import SEEDS, Score
-from cps_agents.scoring.tracks import Track, tracks
-from cps_agents.scoring.verify import read_score
+from cps_agents.scoring.submission import RESULT, read_submission
+from cps_agents.scoring.tracks import CHALLENGE, Track, tracks
 from cps_agents.sheet import Sheet
-from cps_envs.core.types import BoolArray, FloatArray
+from cps_agents.zoo.files import shipped_names
+from cps_envs.core.policies.lookup import NEED_OPTIONS, load, parsed, policy_entry, policy_names
+from cps_envs.core.policies.policy import setting_of
+from cps_envs.core.types import SIGN, BoolArray, FloatArray
 
-FOLDER = Path(__file__).parents[3] / "leaderboard" / "v1"  # of a clone; an installed package has none
-HEAD = ("policy", "rank", "score", "±", "worst opponent", "best response", "kind")
-FRONT = ("track", "best rules", "best searched", "best network", "told")
+VERSION = CHALLENGE.rpartition("-")[2]  # such as v1
+FOLDER = Path(__file__).parents[3] / "leaderboard" / VERSION  # of a clone; an installed package has none
+HEAD = ("policy", "kind", "rank", "return as score", "began at", "training added", "worst opponent", "best response")
+FRONT = {  # columns of the front table, and the kinds in each
+    "hand-set": (HAND_SET,),
+    "searched": (SEARCHED,),
+    "network from scratch": (SCRATCH,),
+    "network advised": (ADVISED,),
+    "privileged": (PRIVILEGED,),
+}
 NONE_YET = "none yet"
 NOT_SEARCHED = "-"  # for a best response
 HALVINGS = 200  # of the episodes, at random
@@ -30,44 +41,77 @@ SURE = 1.96  # standard errors of a difference that is no chance
 class BoardEntry:
     """An entry of a board."""
 
-    name: str  # of the file
+    name: str  # of the folder
     score: Score
-    rank: int  # entries that are not surely different share one; 0: told, without a rank
-    exploit: Exploit | None = None  # None: nobody has looked for one
+    rank: int  # within its ladder; entries that are not surely different share one; 0: privileged, without a rank
+    exploits: Mapping[str, Exploit] = field(default_factory=dict)  # best responses by training seed; "": to the entry
+
+    @property
+    def worst(self) -> tuple[str, Exploit] | None:
+        """The best response that does most to the entry, with its training seed; None if nobody has looked."""
+        sign = SIGN[self.score.frozen.track.role]
+        return min(self.exploits.items(), key=lambda item: sign * item[1].pay.mean, default=None)
 
 
 def entries(track: Track, folder: Path | None = None) -> dict[str, Score]:
-    """The scores of a track by the names of their files in `FOLDER` or another folder, the best first.
+    """The scores of a track by the names of their folders in `FOLDER` or another one, the best first.
 
     Raises:
-        CommandError: a file is of another track or of split dev.
-        DamagedFileError: a file is no score.
+        CommandError: an entry has changed since it was played, or is none.
+        DamagedFileError: a file is damaged.
     """
-    found = {}
-    for path in sorted(((folder or FOLDER) / track.name).glob("*.json")):
-        found[path.stem] = read_score(path)
-        if (found[path.stem].frozen.track.name, found[path.stem].split) != (track.name, "test"):
-            raise CommandError(f"{path} is no score of {track.name} on split test: it belongs elsewhere")
+    found = {
+        path.parent.name: read_score(path) for path in sorted(((folder or FOLDER) / track.name).glob(f"*/{RESULT}"))
+    }
     return dict(sorted(found.items(), key=lambda item: -item[1].estimate.mean))
 
 
 def board(track: Track, folder: Path | None = None) -> list[BoardEntry]:
-    """The rows of a track: ranks count those who are surely better than the first of a rank."""
+    """The rows of a track. Each ladder has ranks of its own, which count those who are surely better.
+
+    A rank is shared with its first: all that are not surely worse than it.
+    """
     rows: list[BoardEntry] = []
-    leader: Score | None = None  # of the present rank
-    ranked = rank = 0
-    exploits = read_exploits(folder or FOLDER).get(track.name, {})
+    leaders: dict[str, tuple[Score, int]] = {}  # of the present rank of each ladder
+    counts: dict[str, int] = {}
+    known = read_exploits(folder or FOLDER).get(track.name, {})
     for name, score in entries(track, folder).items():
-        found = exploits.get(name)
-        exploit = found if found is not None and found.fits(score) else None
-        if not score.kind.ranked:
-            rows.append(BoardEntry(name, score, 0, exploit))
-            continue
-        ranked += 1
-        if leader is None or leader.minus(score).excludes_zero:
-            leader, rank = score, ranked
-        rows.append(BoardEntry(name, score, rank, exploit))
+        responses = _responses(name, score, known)
+        ladder, rank = score.kind.ladder, 0
+        if ladder:
+            counts[ladder] = counts.get(ladder, 0) + 1
+            leader, rank = leaders.get(ladder, (None, 0))
+            if leader is None or leader.minus(score).excludes_zero:
+                rank = counts[ladder]
+                leaders[ladder] = score, rank
+        rows.append(BoardEntry(name, score, rank, responses))
     return rows
+
+
+def _responses(name: str, score: Score, known: Mapping[str, Exploit]) -> dict[str, Exploit]:
+    """The best responses to an entry, and to its training seeds one by one: `NAME` and `NAME?seed=SEED`."""
+    found = {"": known[name]} if name in known and known[name].fits(score) else {}
+    for seed in filter(None, score.pays):
+        exploit = known.get(f"{name}?seed={seed}")
+        if exploit is not None and exploit.fits(score, int(seed)):
+            found[seed] = exploit
+    return found
+
+
+def missing(track: Track, folder: Path | None = None) -> list[str]:
+    """The policies of a role that this package ships, and that are no entry of its board: their references."""
+    below = ((folder or FOLDER) / track.name).glob("*/entry.json")
+    there = {parsed(each.policy).title for each in (read_submission(path.parent) for path in below)}
+    named = policy_names(track.problem, track.role)
+    entered = [name for name in named if name not in NEED_OPTIONS and not _elsewhere(track, name)]
+    networks = [name for name in shipped_names() if name.startswith(track.name)]
+    return [each for each in (*entered, *(f"zoo:{name}" for name in networks)) if each not in there]
+
+
+def _elsewhere(track: Track, name: str) -> bool:
+    """Whether a policy says that it plays in other settings than a track's."""
+    entry = policy_entry(track.problem, track.role, name)
+    return entry is not None and bool(setting_of(load(entry)))
 
 
 @dataclass(frozen=True)
@@ -90,9 +134,9 @@ class Agreement:
 
 
 def agreement(rows: Sequence[BoardEntry]) -> Agreement | None:
-    """How alike two halves of the episodes rank a board; None where fewer than two ranks are above 0."""
-    above = [row for row in rows if row.rank and row.score.estimate.mean > 0]
-    if len({row.rank for row in above}) < 2:
+    """How alike two halves of the episodes rank a board; None where all above 0 may be level."""
+    above = [row for row in rows if row.rank and row.score.split == "test" and row.score.estimate.mean > 0]
+    if not above or not above[0].score.minus(above[-1].score).excludes_zero:
         return None
     pairs = np.array(list(combinations(range(len(above)), 2)))
     every = [[values.ravel() for values in row.score.strata] for row in above]  # training seeds divide the episodes
@@ -118,52 +162,66 @@ def _order(differences: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 
 def rank_line(score: Score, folder: Path | None = None) -> str:
-    """Where a score stands on the board; empty where there is no board."""
-    others = [row.score for row in board(score.frozen.track, folder) if row.rank]
-    if not others or score.split != "test":
+    """Where a score stands on the leaderboard; empty where there is none."""
+    if score.split != "test":
         return ""
     if not score.kind.ranked:
-        return "Without a rank: it is told more than its role observes."
+        return "Without a rank: it is privileged, told more than its role observes."
+    ladder = score.kind.ladder
+    others = [row.score for row in board(score.frozen.track, folder) if row.score.kind.ladder == ladder]
+    if not others:
+        return f"The leaderboard has no {ladder} yet."
     better = sum(each.minus(score).excludes_zero and each.estimate.mean > score.estimate.mean for each in others)
     count = {0: "none is", 1: "one is"}.get(better, f"{better} are")
-    return f"Rank {better + 1} on the board: of its {len(others)} entries {count} surely better."
+    return f"Rank {better + 1} of its kind, {ladder}: of {len(others)} on the leaderboard {count} surely better."
 
 
 def table(track: Track, rows: Sequence[BoardEntry]) -> Sheet:
     """A board."""
-    cells = []
-    for row in rows:
-        found = row.score.opponents
-        worst = min(found, key=lambda name: found[name])
-        cells.append(
-            (
-                row.name,
-                str(row.rank or "told"),
-                f"{row.score.estimate.mean:.1f}",
-                f"{row.score.half_width:.1f}",
-                f"{found[worst]:.0f} ({worst})",
-                str(row.exploit or NOT_SEARCHED),
-                kind_text(row.score),
-            )
-        )
-    return Sheet(track.name, HEAD, cells)
+    return Sheet(track.name, HEAD, [_cells(row) for row in rows])
+
+
+def _cells(row: BoardEntry) -> tuple[str, ...]:
+    score, found, added = row.score, row.score.opponents, row.score.added
+    worst = min(found, key=lambda name: found[name])
+    seeds = score.by_seed
+    low = min(seeds, key=lambda seed: seeds[seed])
+    spread = f", seed {low}: {seeds[low]:.1f}" if len(seeds) > 1 else ""
+    return (
+        row.name,
+        kind_text(score),
+        str(row.rank or "-"),
+        f"{score.estimate.mean:.1f} ± {score.half_width:.1f}{spread}",
+        "" if score.began is None else f"{score.began.estimate.mean:.1f}",
+        "" if added is None or added.low is None else f"{added.mean:+.1f} ({added.low:+.1f} to {added.high:+.1f})",
+        f"{found[worst]:.0f} ({worst})",
+        _response_text(row),
+    )
+
+
+def _response_text(row: BoardEntry) -> str:
+    if row.worst is None:
+        return NOT_SEARCHED
+    seed, exploit = row.worst
+    of = f", to seed {seed}" if seed else ", to the default seed" if len(row.score.pays) > 1 else ""
+    return f"{exploit}{of}"
 
 
 def kind_text(score: Score) -> str:
     """The kind of an entry; a network with few training seeds says how many."""
-    few = score.kind.network and len(score.pays) < SEEDS
-    return f"{score.kind}{f', {len(score.pays)} training seed(s)' if few else ''}"
+    seeds = len(score.pays)
+    few = f", {seeds} training seed{'s' * (seeds > 1)}" if score.kind.network and seeds < SEEDS else ""
+    return f"{score.kind}{few}"
 
 
 def front(boards: Mapping[str, Sequence[BoardEntry]]) -> Sheet:
     """One row for each track that has entries: the best of every kind, with its half width."""
-    groups = (("rules",), ("searched",), ("reward", "imitation"), ("told",))
     rows = [
-        [name, *(_best([row for row in rows if row.score.kind.name in group]) for group in groups)]
+        [name, *(_best([row for row in rows if row.score.kind.name in kinds]) for kinds in FRONT.values())]
         for name, rows in boards.items()
         if rows
     ]
-    return Sheet("", FRONT, rows)
+    return Sheet("", ("track", *FRONT), rows)
 
 
 def _best(rows: Sequence[BoardEntry]) -> str:

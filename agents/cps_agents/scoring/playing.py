@@ -13,7 +13,7 @@ from cps_agents.arena.play import silent
 from cps_agents.scoring.tracks import Track
 from cps_agents.workers import Workers
 from cps_agents.zoo.references import form_of
-from cps_envs.core.declare.seeds import score_seeds
+from cps_envs.core.declare.seeds import fresh_seeds, score_seeds
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.lookup import PolicyReference
 from cps_envs.core.types import FloatArray, other
@@ -21,12 +21,16 @@ from cps_envs.registration import find_problem
 
 BATCH = 256  # episodes at a time
 Seeds = Sequence[Sequence[int]]  # of each opponent of the panel
-Report = Callable[[int, float], None]  # episodes played, and the CPU seconds that they took
+Report = Callable[[int], None]  # episodes played
+Spent = Callable[[int, float], None]  # episodes played, and the CPU seconds that they took
 
 
-def seeds_of(track: Track, split: str, episodes: int, draw: int = 0) -> list[range]:
-    """The seeds of a split; each opponent has its own."""
-    return [score_seeds(split, place, episodes, draw) for place in range(len(track.panel))]
+def seeds_of(track: Track, split: str, episodes: int, key: int = 0) -> list[Sequence[int]]:
+    """The seeds of a split, of "fresh" by its key; each opponent has its own."""
+    places = range(len(track.panel))
+    if split == "fresh":
+        return [fresh_seeds(key, place, episodes) for place in places]
+    return [score_seeds(split, place, episodes) for place in places]
 
 
 def parted(seeds: Seeds, parts: int) -> list[list[Sequence[int]]]:
@@ -39,7 +43,7 @@ def parted(seeds: Seeds, parts: int) -> list[list[Sequence[int]]]:
 
 
 def pays(
-    track: Track, policy: PolicyReference, seeds: Seeds, report: Report = silent, pool: Workers | None = None
+    track: Track, policy: PolicyReference, seeds: Seeds, report: Spent = silent, pool: Workers | None = None
 ) -> list[FloatArray]:
     """What the attacker is paid against each opponent, one value for each of its seeds.
 
@@ -58,7 +62,7 @@ def played(
     track: Track,
     policies: Sequence[PolicyReference],
     seeds: Seeds,
-    report: Report = silent,
+    report: Spent = silent,
     pool: Workers | None = None,
 ) -> list[FloatArray]:
     """What the attacker is paid where each of `policies` meets the opponent at its place of the panel.
@@ -71,9 +75,9 @@ def played(
         for first in range(0, len(own), BATCH)
     ]
     done, cpu_s, found = 0, 0.0, [np.empty(len(own)) for own in seeds]
-    for batch, (paid, own_s) in (pool or Workers(1)).run(partial(_play, track), batches):
-        found[batch.place][batch.first : batch.first + len(batch.seeds)] = paid
-        done, cpu_s = done + len(batch.seeds), cpu_s + own_s
+    for part, (paid, own_s) in (pool or Workers(1)).run(partial(_play, track), batches):
+        found[part.place][part.first : part.first + len(part.seeds)] = paid
+        done, cpu_s = done + len(part.seeds), cpu_s + own_s
         report(done, cpu_s)
     return found
 
@@ -88,12 +92,16 @@ class Batch(NamedTuple):
     seeds: Sequence[int]
 
 
-def _play(track: Track, batch: Batch) -> tuple[FloatArray, float]:
+def _play(track: Track, part: Batch) -> tuple[FloatArray, float]:
     started = time.process_time()
-    policy, opponent, seeds = batch.policy, batch.opponent, batch.seeds
+    return batch(track, part.policy, part.opponent, part.seeds), time.process_time() - started
+
+
+def batch(track: Track, policy: PolicyReference, opponent: str, seeds: Sequence[int]) -> FloatArray:
+    """What the attacker is paid in the episodes of these seeds, all at once."""
     problem, config = find_problem(track.problem), track.venue.config
     if isinstance(policy, str):
         config = problem.config(track.venue.preset, form_of(policy, config))
     players: Any = {track.role: policy, other(track.role): opponent}
     paid: FloatArray = play_episodes(problem, config, players, seeds)["return"]
-    return paid, time.process_time() - started
+    return paid

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -14,8 +14,8 @@ from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.errors import CommandError
 from cps_agents.machine import versions
 from cps_agents.scoring.frozen import DEV, Frozen, read_frozen, rounded, texts
-from cps_agents.scoring.kind import Kind, kind_of
-from cps_agents.scoring.playing import parted, pays, seeds_of
+from cps_agents.scoring.kind import CODE, Kind, kind_of
+from cps_agents.scoring.playing import Report, answers, parted, pays, seeds_of
 from cps_agents.scoring.tracks import CHALLENGE, find_track
 from cps_agents.workers import Where, Workers
 from cps_agents.zoo.lookup import playable
@@ -25,6 +25,7 @@ from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
 
 Split = Literal["test", "dev"]
+FRESH = "fresh"  # a split whose episodes nobody knows before they are played
 SEEDS = 5  # training seeds of a network, below which the line says how many there are
 RESAMPLES = 1000
 
@@ -41,9 +42,15 @@ class Score:
         str, Sequence[FloatArray]
     ]  # training seed -> for each opponent, its part of the episodes; "": no seed
     sources: Mapping[str, str] = field(default_factory=dict)  # hashes of trained networks and of code of one's own
-    playable: bool = True  # again, from its reference
     cpu_s: float = 0.0
     versions: Mapping[str, str] = field(default_factory=versions)
+    began: Score | None = None  # of a network of the leaderboard: its wiring before any training, in the same episodes
+    key: str = ""  # of fresh episodes, hexadecimal
+
+    @property
+    def playable(self) -> bool:
+        """Whether the reference alone plays it in this process."""
+        return self.kind.name != CODE
 
     @cached_property
     def against(self) -> list[FloatArray]:
@@ -60,22 +67,30 @@ class Score:
 
     @cached_property
     def estimate(self) -> Estimate:
-        """The score with its 95 % interval, over training seeds where there are several, else over episodes."""
+        """The score with its 95 % interval: over training seeds if several, never less than over episodes."""
         return _estimate(self.strata)
 
     @property
     def half_width(self) -> float:
         """Half of the interval."""
-        low, high = self.estimate.low, self.estimate.high
-        assert low is not None
-        assert high is not None
-        return (high - low) / 2
+        return _width(self.estimate) / 2
 
     @property
     def opponents(self) -> dict[str, float]:
         """The score against each opponent."""
         panel = zip(self.frozen.track.panel, self.against, strict=True)
         return {rival.name: float(found.mean()) for rival, found in panel}
+
+    @property
+    def by_seed(self) -> dict[str, float]:
+        """The score of each training seed, in its own part of the episodes."""
+        means = np.mean([values.mean(axis=1) for values in self.strata], axis=0)
+        return dict(zip(self.pays, means.tolist(), strict=True))
+
+    @cached_property
+    def added(self) -> Estimate | None:
+        """What training added to what the network began with, in pairs; None where that was not played."""
+        return None if self.began is None else self.minus(self.began)
 
     @property
     def line(self) -> str:
@@ -113,7 +128,8 @@ class Score:
         return Estimate(found, found - around, found + around, len(self.pays), self.episodes)
 
     def to_json(self) -> dict[str, Any]:
-        """What `score verify` reads."""
+        """All numbers, for people and programs; files of the leaderboard are written by `results.write_result`."""
+        added = self.added
         return {
             "challenge": CHALLENGE,
             "track": self.frozen.track.name,
@@ -121,13 +137,14 @@ class Score:
             "digest": self.frozen.digest,
             "line": self.line,
             "policy": self.policy,
-            "playable": self.playable,
-            "kind": self.kind.name,
-            "numbers": self.kind.numbers,
+            "kind": {"name": self.kind.name, "by": self.kind.by, "numbers": self.kind.numbers},
             "sources": dict(self.sources),
             "score": round(self.estimate.mean, 2),
             "half_width": round(self.half_width, 2),
             "opponents": {name: round(value, 2) for name, value in self.opponents.items()},
+            "by_seed": {seed: round(value, 2) for seed, value in self.by_seed.items()},
+            "began": None if self.began is None else round(self.began.estimate.mean, 2),
+            "added": None if added is None else [round(each or 0.0, 2) for each in (added.mean, added.low, added.high)],
             "cpu_s": round(self.cpu_s, 1),
             "versions": dict(self.versions),
             "pays": {seed: texts(rows) for seed, rows in self.pays.items()},
@@ -141,10 +158,20 @@ def _in_parts(strata: Sequence[FloatArray], parts: int) -> list[FloatArray]:
 
 
 def _estimate(strata: Sequence[FloatArray]) -> Estimate:
-    """The mean with its interval. Several training seeds play each their own episodes, so they are the sample."""
-    if len(strata[0]) > 1:
-        strata = [np.mean([values.mean(axis=1) for values in strata], axis=0)[:, np.newaxis]]
-    return estimate(strata, resamples=RESAMPLES)
+    """The mean with the wider of two intervals: over training seeds, each in its own episodes, and over episodes."""
+    over_episodes = estimate([values.reshape(1, -1) for values in strata], resamples=RESAMPLES)
+    if len(strata[0]) == 1:
+        return over_episodes
+    means = np.mean([values.mean(axis=1) for values in strata], axis=0)[:, np.newaxis]
+    over_seeds = estimate([means], resamples=RESAMPLES)
+    wider = max((over_seeds, over_episodes), key=_width)
+    return Estimate(over_seeds.mean, wider.low, wider.high, over_seeds.seeds, over_seeds.episodes)
+
+
+def _width(found: Estimate) -> float:
+    assert found.low is not None
+    assert found.high is not None
+    return found.high - found.low
 
 
 def score(
@@ -152,17 +179,16 @@ def score(
     policy: PolicyReference,
     *,
     split: Split = "test",
-    kind: Kind | None = None,
     sampled: bool = False,
-    report: Callable[[int], None] = silent,
+    report: Report = silent,
     workers: Where = 1,
 ) -> Score:
     """Score a policy: a reference, or any object with `predict`, such as a model of stable-baselines3.
 
     All training seeds of `zoo:NAME` and of `sb3:FOLDER` play, each its own part of the episodes. `sampled` is for a
-    model as an object that is to draw its actions. `kind` says what made the policy, where that cannot be told
-    from its reference. `report` is told how many episodes have been played. Several processes, or a cluster, can play a
-    reference; an object plays in this process.
+    model as an object that is to draw its actions. `report` is told how many episodes have been played. Several
+    processes, or a cluster, can play a reference; an object plays in this process. This is a look of your own: on the
+    leaderboard stands what its verifier has played.
 
     Raises:
         UnknownNameError: there is no such track or policy.
@@ -174,7 +200,25 @@ def score(
     if not isinstance(policy, str) and workers != 1:
         raise CommandError("a policy that is an object plays in this process: leave `workers` out, or name a reference")
     frozen.check_game()
-    seeds = seeds_of(found, split, found.episodes // (DEV if split == "dev" else 1))
+    return scored(frozen, policy, split, sampled=sampled, report=report, workers=workers)
+
+
+def scored(
+    frozen: Frozen,
+    policy: PolicyReference,
+    split: str,
+    *,
+    kind: Kind | None = None,
+    key: str = "",
+    sampled: bool = False,
+    report: Report = silent,
+    workers: Where = 1,
+) -> Score:
+    """See `score`; `kind` None: as `kind_of` finds it. In split fresh the best answers play as well, by the `key`."""
+    found = frozen.track
+    seeds = seeds_of(found, split, found.episodes // (DEV if split == "dev" else 1), int(key or "0", 16))
+    if split == FRESH:
+        frozen = replace(frozen, pays={FRESH: [rounded(own) for own in answers(found, seeds)]})
     origin = None
     if isinstance(policy, str):
         origin = origin_of(found.problem, policy)
@@ -182,6 +226,8 @@ def score(
     else:
         spec = find_problem(found.problem).game(found.venue.config, 1).spec(found.role)
         players = {None: playable(policy, spec, sampled=sampled)}
+    first = next(iter(players.values()))
+    kind = kind or kind_of(found, first)
     paid: dict[str, Sequence[FloatArray]] = {}
     before, spent_s, now_s = 0, 0.0, 0.0
 
@@ -199,9 +245,9 @@ def score(
         frozen=frozen,
         split=split,
         policy=policy if isinstance(policy, str) else f"{type(policy).__module__}:{type(policy).__qualname__}",
-        kind=kind or kind_of(found, policy),
+        kind=kind,
         pays=paid,
         sources={} if origin is None else origin.sources,
-        playable=isinstance(policy, str),
         cpu_s=spent_s,
+        key=key,
     )

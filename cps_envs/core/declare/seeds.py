@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from cps_envs.core.errors import ConfigurationError
 
 EVALUATION = range(0, 1_000_000)
@@ -18,9 +20,12 @@ TRAINING_START = 2_000_000
 SEEDS_PER_RUN = 100_000  # more than any number of environments, times resumptions
 SEEDS_PER_BLOCK = 10_000  # of validation
 MOST_RUNS = 9_000  # so that training ends below 10^9, from where on scores have their seeds
-SPLITS: Mapping[str, int] = {"dev": 10**9, "test": 10**12, "audit": 10**15}  # of scores: the first seed of each
+SPLITS: Mapping[str, range] = {  # seeds of scores
+    "dev": range(10**9, 10**9 + 10**8),
+    "test": range(10**12, 10**12 + 10**8),
+    "fresh": range(10**15, 10**15 + 10**18),  # too many to be known ahead, drawn by a key that nobody knew
+}
 BLOCK = 10**6  # seeds of an opponent
-SPLIT_SPANS: Mapping[str, int] = {"dev": 10**8, "test": 10**8, "audit": 10**18}  # seeds from the first of a split on
 
 
 def training_seed(seed: int, resumption: int = 0) -> int:
@@ -48,10 +53,17 @@ def validation_seed(seed: int) -> int:
     return VALIDATION.start + seed * SEEDS_PER_BLOCK
 
 
-def score_seeds(split: str, place: int, episodes: int, draw: int = 0) -> range:
-    """The seeds of a score against the opponent at a place of its panel; `draw` is the verifier's, of an audit."""
-    first = SPLITS[split] + draw * 10**9 + (1 + place) * BLOCK
+def score_seeds(split: str, place: int, episodes: int) -> range:
+    """The seeds of a score against the opponent at a place of its panel."""
+    first = SPLITS[split].start + (1 + place) * BLOCK
     return range(first, first + episodes)
+
+
+def fresh_seeds(key: int, place: int, episodes: int) -> list[int]:
+    """The same of split fresh, which follow from a key of 128 bits that was drawn after the policy was handed in."""
+    fresh = SPLITS["fresh"]
+    drawn: list[int] = np.random.default_rng([key, place]).integers(fresh.start, fresh.stop, episodes).tolist()
+    return drawn
 
 
 def is_judged(seed: int) -> bool:
@@ -59,4 +71,4 @@ def is_judged(seed: int) -> bool:
 
     Training, validation, which chooses among checkpoints, and any other seed are not.
     """
-    return seed in EVALUATION or any(0 <= seed - first < SPLIT_SPANS[split] for split, first in SPLITS.items())
+    return seed in EVALUATION or any(seed in seeds for seeds in SPLITS.values())
