@@ -15,6 +15,8 @@ from cps_agents.zoo.card import SHIPPED, Card, read_card
 from cps_agents.zoo.files import find, shipped_names
 from cps_agents.zoo.markdown import to_markdown
 from cps_agents.zoo.merging import cards_below, merge
+from cps_agents.zoo.references import reference_to
+from cps_envs.core.errors import require
 
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 
@@ -81,6 +83,30 @@ def add(
         return
     _print(merged)
     note(f"Written: {target} and {target.with_suffix('.safetensors')}. It plays as zoo:{target}")
+
+
+@app.command("import")
+def import_model(
+    model: Annotated[str, typer.Argument(help="sb3:model.zip, or sb3:FOLDER with seed-0/model.zip, ...")],
+    folder: Annotated[
+        Path, typer.Option("--to", help="Write policy.json and policy.safetensors to this folder.")
+    ] = Path("policy"),
+    role: Annotated[
+        str | None, typer.Option(help="Such as FdiAttack, of a model without the learning interface.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Turn a model of stable-baselines3 into weights and a card, which run no code."""
+    require("stable_baselines3", extra="sb3", purpose="importing a model of stable-baselines3")
+    from cps_agents.zoo.importing import import_models
+
+    target = folder / "policy.json"
+    card = import_models(model, target, role)
+    if as_json:
+        print_json(card.to_json())
+        return
+    _print(card)
+    note(f"Written: {target} and {target.with_suffix('.safetensors')}. It plays as {reference_to(folder)}")
 
 
 def _cards(folder: Path) -> list[Card]:

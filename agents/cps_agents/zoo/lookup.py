@@ -69,24 +69,30 @@ def model(
     """
     found, kind = path, type(path).__name__
     if isinstance(path, str):
-        if not Path(path).is_file():
-            raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
-        require_trust(f"sb3:{path}")
         kind = algorithm or USUAL
-        try:
-            found = _algorithm(kind).load(path, device="cpu")
-        except (UnknownNameError, MissingExtraError):
-            raise
-        except Exception as error:  # whatever zipfile, pickle and torch raise
-            raise ValueError(f"{path} is no {kind} model, or damaged: {error}") from error
-        if vecnormalize is None and (beside := _statistics_beside(Path(path))):
-            raise ConfigurationError(
-                f"beside {path} lies {beside.name}, of VecNormalize: say vecnormalize={beside} if the model has seen "
-                "its inputs through it, or vecnormalize= if it has not"
-            )
+        found = read_model(path, kind, vecnormalize)
     if algorithm not in (None, kind):
         raise ConfigurationError(f"algorithm = {shown(algorithm)} is not that of this {kind}: leave it out")
     return playable(found, spec, sampled=sampled, vecnormalize=vecnormalize, frame_stack=frame_stack)
+
+
+def read_model(path: str, algorithm: str, vecnormalize: str | None) -> Any:
+    """A model of stable-baselines3 from its file, by the class that saved it. See `model` for what is raised."""
+    if not Path(path).is_file():
+        raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
+    require_trust(f"sb3:{path}")
+    try:
+        found = _algorithm(algorithm).load(path, device="cpu")
+    except (UnknownNameError, MissingExtraError):
+        raise
+    except Exception as error:  # whatever zipfile, pickle and torch raise
+        raise ValueError(f"{path} is no {algorithm} model, or damaged: {error}") from error
+    if vecnormalize is None and (beside := _statistics_beside(Path(path))):
+        raise ConfigurationError(
+            f"beside {path} lies {beside.name}, of VecNormalize: say vecnormalize={beside} if the model has seen "
+            "its inputs through it, or vecnormalize= if it has not"
+        )
+    return found
 
 
 def playable(
@@ -113,7 +119,7 @@ def playable(
     size = space.shape[0] if wired else spec.fields.size
     layers, frames = layers_around(getattr(policy, "env", None)), check_count("frame_stack", frame_stack)
     if vecnormalize is not None or frames > 1:
-        layers = layers_named(_statistics(vecnormalize) if vecnormalize else None, frames, size)
+        layers = layers_named(statistics_of(vecnormalize) if vecnormalize else None, frames, size)
     stacked = prod(layer.keywords.get("frames", 1) for layer in layers)
     if wired:
         if stacked > 1:
@@ -162,7 +168,7 @@ def _statistics_beside(path: Path) -> Path | None:
     return None
 
 
-def _statistics(path: str) -> Any:
+def statistics_of(path: str) -> Any:
     """A `VecNormalize` that its `save` has written.
 
     Raises:

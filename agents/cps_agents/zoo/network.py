@@ -1,4 +1,4 @@
-"""A policy network without a deep-learning library: scaled inputs and dense layers.
+"""A policy network without a deep-learning library: scaled inputs, dense layers, and before them perhaps an LSTM.
 
 Each environment's sums go in the order of the inputs, one after the other, without fused operations. So its output does
 not depend on how many others are in the batch, not even by rounding.
@@ -18,8 +18,13 @@ from cps_envs.core.types import Array, IntArray
 
 Tensor: TypeAlias = NDArray[np.float32]
 Dense: TypeAlias = tuple[Tensor, Tensor]  # weight (inputs, outputs), bias (outputs,)
+Cell: TypeAlias = tuple[
+    Tensor, Tensor, Tensor
+]  # of an LSTM: weights (inputs, 4 H) and (H, 4 H), bias (4 H,); gates i f g o
+Remembered: TypeAlias = tuple[Tensor, Tensor]  # hidden values and cells, (B, cells, H)
 Layer: TypeAlias = tuple[Array, Array]  # weight (outputs, inputs) and bias (outputs,), as PyTorch has them
 ACTIVATIONS = ("tanh", "relu")
+CELL = ("weight", "again", "bias")  # the arrays of an LSTM cell
 CLIP = 5.0  # bound of a scaled input
 PART = 512  # environments whose values stay in the second-level cache from layer to layer
 MOST = 1e6  # size of an entry of a file; no network that was trained comes near
@@ -29,7 +34,11 @@ ROWS = 16  # environments that use a few rows of weights in turn, while these li
 
 @dataclass(frozen=True)
 class Network:
-    """`columns` of the inputs, scaled to (value - mean) / deviation and clipped, through the layers."""
+    """`columns` of the inputs, scaled to (value - mean) / deviation and clipped, through the layers.
+
+    With `normal` they are then scaled a second time, by statistics that a learner kept beside the network. With `cells`
+    they go through LSTM cells first, and `recall` plays it.
+    """
 
     columns: IntArray  # (inputs,)
     mean: Tensor  # (inputs,)
@@ -37,6 +46,8 @@ class Network:
     layers: tuple[Dense, ...]  # the last one is linear
     activation: str  # between the layers
     log_deviation: Tensor | None = None  # of Gaussian actions (outputs,)
+    normal: Tensor | None = None  # (3, inputs): mean, deviation, and the bound of the result
+    cells: tuple[Cell, ...] = ()
 
     @property
     def num_outputs(self) -> int:
@@ -44,11 +55,43 @@ class Network:
         return len(self.layers[-1][1])
 
     def forward(self, rows: Array) -> Tensor:
-        """Outputs (B, num_outputs) for rows of inputs (B, n)."""
+        """Outputs (B, num_outputs) for rows of inputs (B, n).
+
+        Raises:
+            ValueError: the network has cells.
+        """
+        if self.cells:
+            raise ValueError("this network has a memory: it plays only where episodes go on from step to step")
         if len(rows) > PART:
             return np.concatenate([self.forward(rows[start : start + PART]) for start in range(0, len(rows), PART)])
+        return self._through(self._scaled(rows))
+
+    def recall(self, rows: Array, state: Remembered) -> tuple[Tensor, Remembered]:
+        """Outputs (B, num_outputs) for rows (B, n) of episodes that remember `state`, and what they remember then."""
+        values, hidden, kept = self._scaled(rows), [], []
+        for place, (weight, again, bias) in enumerate(self.cells):
+            gates = _dense(values, weight, bias) + _dense(np.ascontiguousarray(state[0][:, place]), again, 0 * bias)
+            enter, forget, new, show = np.split(gates, 4, axis=1)
+            cell = _sigmoid(forget) * state[1][:, place] + _sigmoid(enter) * np.tanh(new)
+            values = np.ascontiguousarray(_sigmoid(show) * np.tanh(cell))
+            hidden.append(values)
+            kept.append(cell)
+        return self._through(values), (np.stack(hidden, axis=1), np.stack(kept, axis=1))
+
+    def blank(self, count: int) -> Remembered:
+        """What so many episodes remember at their start."""
+        shape = (count, len(self.cells), len(self.cells[0][1]))
+        return np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+
+    def _scaled(self, rows: Array) -> Tensor:
         values = np.empty((len(rows), len(self.columns)), np.float32)
         _scale(np.ascontiguousarray(rows), self.columns, self.mean, self.deviation, values)
+        if self.normal is not None:
+            mean, deviation, bound = self.normal
+            values = np.clip((values - mean) / deviation, -bound, bound)
+        return values
+
+    def _through(self, values: Tensor) -> Tensor:
         for place, layer in enumerate(self.layers):
             values = _dense(values, *layer)
             if place < len(self.layers) - 1:
@@ -63,8 +106,10 @@ class Network:
         named: dict[str, Array] = {"columns": self.columns, "mean": self.mean, "deviation": self.deviation}
         for place, (weight, bias) in enumerate(self.layers):
             named |= {f"layer.{place}.weight": weight, f"layer.{place}.bias": bias}
-        if self.log_deviation is not None:
-            named["log_deviation"] = self.log_deviation
+        for place, cell in enumerate(self.cells):
+            named |= {f"cell.{place}.{part}": array for part, array in zip(CELL, cell, strict=True)}
+        named |= {} if self.log_deviation is None else {"log_deviation": self.log_deviation}
+        named |= {} if self.normal is None else {"normal": self.normal}
         return {name: np.ascontiguousarray(array) for name, array in named.items()}
 
 
@@ -95,6 +140,8 @@ def network_of(tensors: Mapping[str, Array], activation: str) -> Network:
     try:
         count = sum(name.startswith("layer.") and name.endswith(".weight") for name in tensors)
         layers = tuple((tensors[f"layer.{place}.weight"], tensors[f"layer.{place}.bias"]) for place in range(count))
+        remembering = sum(name.startswith("cell.") and name.endswith(".weight") for name in tensors)
+        cells = ((tensors[f"cell.{place}.{part}"] for part in CELL) for place in range(remembering))
         network = Network(
             columns=tensors["columns"],
             mean=tensors["mean"],
@@ -102,6 +149,8 @@ def network_of(tensors: Mapping[str, Array], activation: str) -> Network:
             layers=layers,
             activation=activation,
             log_deviation=tensors.get("log_deviation"),
+            normal=tensors.get("normal"),
+            cells=tuple((weight, again, bias) for weight, again, bias in cells),
         )
     except KeyError as error:
         raise ValueError(f"the array {error} is missing") from error
@@ -132,6 +181,15 @@ def _check(network: Network) -> None:
         raise ValueError("the input scaling does not fit the columns")
     if (network.deviation <= 0).any():
         raise ValueError("a deviation is not above 0")
+    if network.normal is not None and (network.normal.shape != (3, width) or (network.normal[1:] <= 0).any()):
+        raise ValueError("the second scaling of the inputs does not fit the columns")
+    if len({again.shape for _, again, _ in network.cells}) > 1:
+        raise ValueError("the LSTM cells have different sizes")
+    for weight, again, bias in network.cells:
+        units = len(again)
+        if (weight.shape, again.shape, bias.shape) != ((width, 4 * units), (units, 4 * units), (4 * units,)):
+            raise ValueError(f"an LSTM cell over {width} values has weights {weight.shape} and {again.shape}")
+        width = units
     for weight, bias in network.layers:
         if weight.ndim != 2 or weight.shape[0] != width or weight.shape[1] == 0 or bias.shape != (weight.shape[1],):
             raise ValueError(f"a layer over {width} values has a weight {weight.shape} and a bias {bias.shape}")
@@ -159,6 +217,11 @@ def _dense(values: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
     result = np.empty((len(values), len(bias)), np.float32)
     _multiply(values, weight, bias, result)
     return result
+
+
+def _sigmoid(values: Tensor) -> Tensor:
+    found: Tensor = np.float32(0.5) * (np.tanh(np.float32(0.5) * values) + np.float32(1))
+    return found
 
 
 @kernel

@@ -53,7 +53,7 @@ def origin_of(problem: str, reference: str) -> Origin:
     """
     tree = parsed(reference)
     if tree.source == SB3 and Path(tree.name).is_dir():
-        models = _models(tree)
+        models = models_in(tree)
         trees = [parsed(model) for model in models.values()]
         return Origin(None, (), models, _sources(problem, trees))
     pairs = {each.name: read_pair(find(each.name)) for each in tree.walk() if each.source == ZOO}
@@ -123,7 +123,12 @@ def _seeds(reference: Reference, card: Card | None) -> dict[int | None, str]:
     return {int(seed): reference.with_option("seed", seed) for seed in card.seeds}
 
 
-def _models(reference: Reference) -> dict[int | None, str]:
+def models_in(reference: Reference) -> dict[int | None, str]:
+    """The models of the training seeds in a folder, as references.
+
+    Raises:
+        UnknownNameError: it has none.
+    """
     folder, query = reference.name, reference.text[len(reference.title) :]
     paths = {path.parent.name.removeprefix("seed-"): path for path in Path(folder).glob("seed-*/model.zip")}
     found = {int(seed): path for seed, path in paths.items() if seed.isdecimal()}

@@ -6,7 +6,7 @@ What the network is made with does not matter. `WiredPolicy` plays any function 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
@@ -155,6 +155,32 @@ class WiredPolicy(AnalyticPolicy):
         return wired.row_actions(np.stack(parts, axis=1) if len(parts) > 1 else parts[0])
 
 
+class Recalling:
+    """A network with a memory as a policy of rows, whose most likely actions it takes."""
+
+    def __init__(self, network: Network, choices: Sequence[int]) -> None:
+        self._network, self._choices = network, choices  # of discrete actions, else empty
+
+    def predict(
+        self,
+        observation: Observation,
+        state: State | None = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Array, State | None]:
+        """See `Policy.predict`; what is remembered is (n, cells, H)."""
+        hidden, cells = self._network.blank(len(observation)) if state is None else state
+        if state is not None and episode_start is not None:
+            going = ~episode_start[:, np.newaxis, np.newaxis]
+            hidden, cells = hidden * going, cells * going
+        found, after = self._network.recall(observation, (hidden, cells))
+        if not self._choices:
+            return np.clip(found, -1.0, 1.0), after
+        parts = np.split(found, np.cumsum(self._choices)[:-1], axis=1)
+        actions = np.stack([part.argmax(axis=1) for part in parts], axis=1)
+        return actions if len(parts) > 1 else actions[:, 0], after
+
+
 @contextmanager
 def torch_seeded(generator: np.random.Generator) -> Iterator[None]:
     """While torch, where it is loaded, draws from a seed of the generator's; afterwards it goes on where it was."""
@@ -172,7 +198,7 @@ def card_entry(wiring: Wiring, head: Head) -> dict[str, Any]:
     """A wiring as a card has it; the scaling is of a training seed and lies with its weights."""
     entry = {name: value for name, value in asdict(wiring).items() if name not in ("problem", "role", *SCALING)}
     entry |= {name: list(value) for name, value in entry.items() if isinstance(value, tuple)}
-    return entry | {"sampled": head.sampled}
+    return entry | {"sampled": head.sampled} | ({} if head.masked else {"legal": False})
 
 
 def with_scaling(network: Network, wiring: Wiring) -> Network:
@@ -191,15 +217,19 @@ def wired_policy(spec: RoleSpec, card: Card, network: Network, *, sampled: bool 
     """
     check_role(card, spec)
     entry = dict(card.wiring)
-    usual = entry.pop("sampled")
-    head = Head(network.log_deviation, usual if sampled is None else sampled)
+    usual, legal = entry.pop("sampled"), entry.pop("legal", True)
+    head = Head(network.log_deviation, usual if sampled is None else sampled, legal)
     tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
     plain = Wiring(spec.problem, spec.role, **{**entry, **tuples})
-    columns = Wired(plain, adapter_of(spec, plain.adapter)).columns
-    mean, deviation = (tuple(each[: columns.scaled].tolist()) for each in (network.mean, network.deviation))
+    inner = Wired(plain, adapter_of(spec, plain.adapter))
+    mean, deviation = (tuple(each[: inner.columns.scaled].tolist()) for each in (network.mean, network.deviation))
     unscaled = replace(network, mean=np.zeros_like(network.mean), deviation=np.ones_like(network.deviation))
     wiring = replace(plain, mean=mean, deviation=deviation)
-    policy = WiredPolicy(spec, wiring, unscaled.forward, head)
+    if network.cells:
+        memory = Recalling(unscaled, choices_of(inner.action_space))
+        policy = WiredPolicy(spec, wiring, None, replace(head, sampled=False), memory)
+    else:
+        policy = WiredPolicy(spec, wiring, unscaled.forward, head)
     space, size = policy.wired.action_space, policy.wired.columns.size * policy.wired.together
     if (count_actions(space), size) != (card.actions, card.observation_size):
         raise ConfigurationError(

@@ -41,7 +41,7 @@ def _numbers(most: int, low: float, high: float) -> Callable[[Any], bool]:
     return fits
 
 
-LATER = frozenset({"joint", "flat", "plain"})
+LATER = frozenset({"joint", "flat", "plain", "legal"})
 CHECKS: Mapping[str, Callable[[Any], bool]] = {
     "adapter": lambda value: isinstance(value, str),
     "frame_skip": lambda value: type(value) is int and 1 <= value <= MOST_FRAME_SKIP,
@@ -51,5 +51,6 @@ CHECKS: Mapping[str, Callable[[Any], bool]] = {
     "joint": lambda value: isinstance(value, bool),  # whether one row holds all agents of a team
     "flat": lambda value: isinstance(value, bool),  # whether one number stands for all entries of an action
     "plain": lambda value: isinstance(value, bool),  # whether a row holds nothing but what the adapter shows
+    "legal": lambda value: isinstance(value, bool),  # whether the policy takes legal actions only, where it sees which
     "sampled": lambda value: isinstance(value, bool),  # whether the policy draws, where nothing else is asked for
 }
