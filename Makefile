@@ -121,8 +121,9 @@ reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes 
 pages: $(LIGHT) ## write the generated pages of docs/ anew
 	$(BIN)/python -m tools.pages
 
-verify: $(ALL) ## play again what a branch adds to leaderboard/, with fresh seeds
-	git diff --name-only --diff-filter=AM origin/main... -- 'leaderboard/v1/*/*.json' | xargs -r $(BIN)/cps-envs --trust score verify --audit
+SINCE ?= origin/main
+verify: $(ALL) ## play every entry of leaderboard/ that this branch adds or changes, whole; SINCE=BRANCH to compare with
+	$(BIN)/cps-envs --trust score verify --since $(SINCE)
 
 docs: $(ALL) demo ## build the site, into build/site
 	$(BIN)/python -m tools.pages

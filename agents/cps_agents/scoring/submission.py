@@ -38,7 +38,7 @@ FILES: Mapping[str, frozenset[str]] = {
     CODE: frozenset({"policy.py"}),
 }
 RESULT = "result.json"  # which the verifier writes
-BESIDE = frozenset({RESULT, "README.md"})
+BESIDE = frozenset({RESULT, "README.md", ".policy.json.lock"})  # the last one is left by what writes a network
 MOST_BYTES: Mapping[str, int] = {
     "policy.safetensors": 8 * 2**20,
     "policy.json": 2**20,

@@ -21,7 +21,7 @@ from cps_agents.scoring.playing import Report, answers, seeds_of
 from cps_agents.scoring.results import write_result
 from cps_agents.scoring.score import FRESH, Score, scored
 from cps_agents.scoring.submission import CODE as CODE_FORM
-from cps_agents.scoring.submission import NETWORK, REGISTERED, Submission, read_submission
+from cps_agents.scoring.submission import NETWORK, REGISTERED, RESULT, Submission, read_submission
 from cps_agents.zoo.code import hash_of
 from cps_agents.zoo.files import find, starts_of
 from cps_envs.core.policies.adapter import adapter_of
@@ -149,6 +149,8 @@ def _watched(submission: Submission) -> list[str]:
 def changed(since: str, boards: Path) -> list[Path]:
     """The entries below `boards`, a folder of a clone, that a branch has changed since it left another one.
 
+    Entries that have never been played are among them.
+
     Raises:
         CommandError: git does not know the branch; or somebody's network or code comes with changes of other files,
             which could change how it is judged.
@@ -162,6 +164,9 @@ def changed(since: str, boards: Path) -> list[Path]:
     inside = [path for path in paths if path.is_relative_to(boards)]
     parts = {path: path.relative_to(boards).parts for path in inside}
     found = sorted({boards.joinpath(*names[:2]) for names in parts.values() if len(names) >= 3})
+    found += [
+        folder for folder in sorted(boards.glob("*/*/")) if folder not in found and not (folder / RESULT).is_file()
+    ]
     found = [folder for folder in found if folder.is_dir()]
     foreign = [folder for folder in found if read_submission(folder).form != REGISTERED]
     others = [path for path in paths if len(parts.get(path, ())) != 3]
