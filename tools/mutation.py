@@ -62,7 +62,7 @@ TARGETS = {  # modules, and the tests that have to notice a mistake in them; oth
     "agents/cps_agents/league/equilibrium.py": "tests/agents/test_league_{equilibrium,value}.py",
     "agents/cps_agents/league/exploitability.py": "tests/agents/test_league_response.py -k 'gain or fresh or cannot'",
     "agents/cps_agents/zoo/references.py": "tests/agents/test_references.py -k 'not folder or plain or ends'",
-    "agents/cps_agents/scoring/{verify,board}.py": "tests/agents/test_verifying.py",
+    "agents/cps_agents/scoring/board.py": "tests/agents/test_ranks.py",
     "agents/cps_agents/scoring/score.py": "tests/agents/test_scoring.py -k 'weighs or worst or same or digits or part'",
     "paper/cps_paper/verdicts.py": "tests/baselines/test_exhibit.py -k 'left or near or rule or unit'",
 }

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 pytest.importorskip("scipy", reason="needs the baselines")
 
-from cps_agents.scoring.board import FOLDER, BoardEntry, agreement, board
+from cps_agents.scoring.board import FOLDER, VERSION, BoardEntry, agreement, board, missing
 from cps_agents.scoring.exploits import read_exploits
 from cps_agents.scoring.kind import kind_of
 from cps_agents.scoring.tracks import find_track, tracks
@@ -17,7 +16,6 @@ from cps_agents.zoo.references import origin_of
 from cps_baselines.searched import found
 
 BLIND = {"none", "random", "constant"}  # entries that never look at anything
-PAGE = Path(__file__).parents[2] / "docs" / "challenge.md"
 LEAST = 0.9  # Kendall's tau between two halves
 START = "untrained=true"
 
@@ -40,8 +38,6 @@ def test_two_halves_of_the_episodes_rank_entries_alike(name: str) -> None:
     alike = agreement(rows_of(name))
     if alike is not None:
         assert alike.by_rank >= LEAST, alike
-        stated = f"{alike.by_mean:.2f} in `{name}`" in " ".join(PAGE.read_text("utf-8").split())
-        assert stated or alike.by_mean > 0.995, f"docs/challenge.md: {alike}"
 
 
 @pytest.mark.parametrize("name", tracks())
@@ -49,14 +45,29 @@ def test_entries_are_of_the_networks_that_ship_and_say_what_made_them(name: str)
     track = find_track(name)
     for row in rows_of(name):
         assert origin_of(track.problem, row.score.policy).sources == dict(row.score.sources), f"score {row.name} again"
-        assert row.score.kind == kind_of(track, row.score.policy), row.name
+        found = kind_of(track, row.score.policy)
+        played = found.name == "from scratch" and row.score.kind.name == "advised"  # by what it began with
+        assert row.score.kind == found or played, row.name
 
 
 @pytest.mark.parametrize("name", tracks())
 def test_best_responses_are_to_entries_of_the_board(name: str) -> None:
-    rows = {row.name: row for row in rows_of(name)}
-    found = read_exploits(FOLDER).get(name, {})
-    assert all(rows[entry].exploit == exploit for entry, exploit in found.items()), "respond again"
+    rows = {row.name: row.exploits for row in rows_of(name)}
+    for entry, exploit in read_exploits(FOLDER).get(name, {}).items():
+        policy, _, seed = entry.partition("?seed=")
+        assert rows[policy][seed] == exploit, "respond again"
+
+
+@pytest.mark.skipif(VERSION == "v1", reason="v1 was frozen before every shipped policy was an entry")
+@pytest.mark.parametrize("name", tracks())
+def test_every_shipped_policy_of_a_role_is_an_entry(name: str) -> None:
+    assert missing(find_track(name)) == []
+
+
+@pytest.mark.skipif(VERSION == "v1", reason="v1 was played before what networks began with was")
+@pytest.mark.parametrize("name", tracks())
+def test_every_network_shows_what_it_began_with(name: str) -> None:
+    assert all(row.score.began is not None for row in rows_of(name) if row.score.kind.network)
 
 
 @pytest.mark.parametrize("name", tracks())

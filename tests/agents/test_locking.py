@@ -22,7 +22,7 @@ from cps_agents.errors import CommandError
 from cps_agents.files import alone_at, alone_in
 from cps_agents.interruption import Ended, ending, exit_code
 from cps_agents.scoring.board import FOLDER
-from cps_agents.scoring.verify import read_score
+from cps_agents.scoring.results import read_score
 from tests.agents.command_line import invoke, refusal
 from tests.processes import is_gone, wait_until
 from tests.turns import in_turn
@@ -260,23 +260,6 @@ def test_a_lock_is_free_after_an_error_and_may_be_waited_for(tmp_path: Path) -> 
         pass
 
 
-@pytest.mark.parametrize("full", ["cps_agents.commands.score._show", "pathlib.Path.write_text"])
-def test_a_full_disk_loses_no_score(full: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    entry, path = FOLDER / "rogue-attack" / "square.json", tmp_path / "mine.json"
-    played = read_score(entry)
-
-    def no_room(*arguments: Any, **options: Any) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("cps_agents.commands.score.score", lambda *arguments, **options: played)
-    monkeypatch.setattr(full, no_room)
-    result = invoke("score", "rogue-attack", "square", "--out", str(path))
-    assert result.exit_code == 2
-    assert "No space left on device" in result.stderr
-    printed, kept = played.line in result.stdout, path.is_file() and path.read_bytes() == entry.read_bytes()
-    assert (printed, kept) == ((False, True) if full.endswith("_show") else (True, False))
-
-
 class Full(io.StringIO):
     """A stream to a disk that has no room."""
 
@@ -285,19 +268,19 @@ class Full(io.StringIO):
 
 
 def verifying(monkeypatch: pytest.MonkeyPatch, at_the_second: Callable[[], None]) -> tuple[Any, str]:
-    """What `score verify` of two files leads to where something happens at the second; the line of the first."""
-    entry = FOLDER / "rogue-attack" / "square.json"
+    """What `score verify` of two entries leads to where something happens at the second; the line of the first."""
+    entry = FOLDER / "rogue-attack" / "square"
     checked: list[Path] = []
 
-    def check(path: Path, *, say: Callable[[str], None], **options: Any) -> Any:
+    def play(path: Path, report: Any, say: Callable[[str], None]) -> Any:
         if checked:
             at_the_second()
         checked.append(path)
-        say("80 episodes played again")
+        say("5120 episodes played")
         return read_score(path)
 
-    monkeypatch.setattr("cps_agents.commands.score.check", check)
-    return invoke("score", "verify", str(entry), str(entry)), f"{entry}: {read_score(entry).line}"
+    monkeypatch.setattr("cps_agents.commands.score.play", play)
+    return invoke("score", "verify", str(entry), str(entry)), f"{entry}: {read_score(entry).line}; hand-set"
 
 
 @needs_signals

@@ -80,7 +80,7 @@ def write(cells: Mapping[Any, Cell], page: Path, image: Path, lessons: str) -> N
         "",
         f"Each algorithm trains on each role for {' or '.join(f'{each:.0f}' for each in budgets)} CPU seconds of one "
         f"core, with {len(seeds)} training seed{'s' * (len(seeds) > 1)}. The numbers are scores of "
-        "[challenge v1](challenge.md) on split test: 0 is the best that does not look, 100 the best response known. "
+        "[challenge v1](challenge.md) on split test: 0 is the best policy that never looks, 100 the reference. "
         "Settings were chosen before, on split dev, and are the same for all tracks. The interval is over training "
         "seeds, or over episodes where there is one.",
         "",

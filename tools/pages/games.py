@@ -25,4 +25,6 @@ def _leaders(problem: str, found: Mapping[str, Sequence[BoardEntry]]) -> Iterato
 
 def _scale(track: Track) -> str:
     frozen, unit = read_frozen(track), PROBLEMS[track.problem].unit
-    return f"* {track.name}: score 0 is paid {frozen.zero:.3g}, score 100 {frozen.told:.3g} {unit}."
+    return (
+        f"* {track.name}: at score 0 the attacker's return is {frozen.zero:.3g}, at score 100 {frozen.told:.3g} {unit}."
+    )

@@ -1,10 +1,10 @@
-"""The page of the boards: who leads in each track of the challenge, and what each panel is."""
+"""The page of the leaderboard: who leads in each track of the challenge, and what each panel is."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from cps_agents.scoring.board import BoardEntry, agreement, table
+from cps_agents.scoring.board import VERSION, BoardEntry, agreement, table
 from cps_agents.scoring.exploits import KNOWN, Exploit
 from cps_agents.scoring.frozen import Frozen, read_frozen
 from cps_agents.scoring.tracks import CHALLENGE, tracks
@@ -13,20 +13,23 @@ from cps_envs.core.policies.lookup import parsed
 from cps_envs.registration import find_problem
 
 LONGEST = 120  # characters of a reference
-NETWORK = "network"  # the entry that ships
-INTRODUCTION = f"""# Boards of {CHALLENGE}
+INTRODUCTION = f"""# Leaderboard of {CHALLENGE}
 
-Each score is a policy's own number in a track of [the challenge](challenge.md): 0 is the best constant action, 100 the
-best answer to each opponent that was known at the freeze. More is better in every track. ± is half of a 95 % interval
-over episodes and training seeds. Entries share a rank where their difference, in pairs on the same episodes, may be
-chance. Told entries know more than their role observes, and have no rank.
-[Submit](submit.md) says how to add a row. `cps-envs score board` prints the same.
+Scores, kinds and ranks of every entry, as [the challenge](challenge.md) defines them, frozen at {VERSION}. Continuous
+integration has played them all and written every number. [Submit](submit.md) says how to add a row.
+`cps-envs score board` prints the same.
 
-*Best response* is what the attacker is paid where the strongest opponent that was found plays, with a 95 % interval
-over fresh episodes, and what found it: `known` are the computed and shipped policies, `search` tries the numbers of
-hand-made ones, `shared-ppo` is our own PPO (`cps-envs best-response --entry`). The less is better for the entry in a
-track of defenders, the more in one of attackers. Below stands what the searches gained over the best known. Of a
-network, the training seed plays that validation chose. A stronger opponent may exist. Where nobody has looked stands -.
+* **Kind**: hand-set or searched controller, network from scratch, network advised by a controller, code, or privileged.
+* **Rank** is among entries of one kind; hand-set and searched controllers share one ranking. Entries share a rank where
+  their difference, in pairs on the same episodes, may be chance. A privileged entry has none.
+* **Return as score**: 0 is the best policy that never looks, 100 the reference of the track; more is better. ± is half
+  of a 95 % interval over training seeds and episodes. Of several training seeds the worst is named.
+* **Began at**: what the same wiring scores before any training. **Training added** is the difference, with interval.
+* **Worst opponent**: the lowest score against one opponent of the panel.
+* **Best response**: the attacker's return when the strongest known opponent plays this entry, in the unit of the game,
+  with who found it: `known` are shipped policies, `search` tries numbers, `shared-ppo` is our own PPO
+  (`cps-envs best-response --entry`). Of several training seeds the one that fares worst is shown. A stronger opponent
+  may exist. Where nobody has searched the column has -.
 """
 
 
@@ -46,14 +49,18 @@ def _facts(frozen: Frozen, rows: Sequence[BoardEntry]) -> str:
     """What the ends of the scale are paid, what a score takes, and how sure the order is."""
     track, problem = frozen.track, find_problem(frozen.track.problem)
     unit = f" {problem.unit}" if problem.unit else ""
-    spent = [row.score.cpu_s for row in rows if row.name == NETWORK]
+    spent = {row.name: row.score.cpu_s for row in rows if row.score.kind.network}
     facts = [
-        f"{_short(frozen.zero_policy)} has score 0: {frozen.zero:.3g}{unit} for the attacker.",
-        f"The best answers have score 100: {frozen.told:.3g}{unit}.",
+        f"Score 0, {_short(frozen.zero_policy)}: the attacker's return is {frozen.zero:.3g}{unit}.",
+        f"Score 100: {frozen.told:.3g}{unit}.",
         f"Both from {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
-        *(f"The score of `{NETWORK}` took {each:.0f} CPU s." for each in spent),
+        *(f"The score of `{name}` took {each:.0f} CPU s." for name, each in list(spent.items())[:1]),
         *filter(None, [agreement(rows)]),
-        *(gained(row.exploit, row.name, problem.unit) for row in rows if row.exploit),
+        *(
+            gained(each, f"{row.name}?seed={seed}" if seed else row.name, problem.unit)
+            for row in rows
+            for seed, each in row.exploits.items()
+        ),
         f"Digest `{frozen.digest}`.",
     ]
     return "\n".join(f"* {each}" for each in facts)
@@ -63,7 +70,7 @@ def gained(exploit: Exploit, entry: str, unit: str) -> str:
     """What the searches gained over the best known response to the entry of this name, as a sentence."""
     finder, known = (exploit.over, exploit.response) if exploit.by == KNOWN else (exploit.by, exploit.over)
     gain = f"gains {exploit.gain:.3g}{unit and f' {unit}'} over {parsed(known).title}"
-    return f"Against `{entry}` {finder} {gain}, in {exploit.pay.episodes} episodes."
+    return f"Against `{entry}`: {exploit.pay.mean:.3g}; {finder} {gain}, in {exploit.pay.episodes} episodes."
 
 
 def _short(reference: str) -> str:
@@ -81,4 +88,4 @@ def _panel(frozen: Frozen) -> Sheet:
         [rival.name, _short(rival.reference), f"{share:.0%}", f"{paid.mean():.3g}", _short(rival.answer)]
         for rival, share, paid in zip(track.panel, track.shares, frozen.pays["test"], strict=True)
     ]
-    return Sheet("", ("opponent", "policy", "weight", "best answer is paid", "best answer"), cells)
+    return Sheet("", ("opponent", "policy", "weight", "return against the reference", "reference"), cells)

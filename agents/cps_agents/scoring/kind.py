@@ -12,7 +12,7 @@ from cps_agents.zoo.references import form_of
 from cps_agents.zoo.wired import WiredPolicy
 from cps_envs.core.policies.adapter import advised_by
 from cps_envs.core.policies.lookup import PolicyReference, load, parsed, policy_entry
-from cps_envs.core.policies.policy import members_of, privileged_of
+from cps_envs.core.policies.policy import Idle, members_of, privileged_of
 from cps_envs.registration import find_problem
 
 SCRATCH, ADVISED, HAND_SET, SEARCHED = "from scratch", "advised", "hand-set", "searched"
@@ -77,7 +77,7 @@ def kind_of(track: Track, policy: PolicyReference) -> Kind:
         return Kind(PRIVILEGED)
     networks = [each for each in members if isinstance(each, WiredPolicy)]
     if networks:
-        others = [type(each).__name__ for each in members if not isinstance(each, WiredPolicy)]
+        others = [type(each).__name__ for each in members if not isinstance(each, (WiredPolicy, Idle))]
         advisers = [*filter(None, (adviser(track, each.wired.wiring.adapter) for each in networks)), *others]
         return Kind(ADVISED, by=advisers[0]) if advisers else Kind(SCRATCH)
     if not isinstance(policy, str) or any(each.source for each in parsed(policy).walk()):
