@@ -16,6 +16,8 @@ ELSEWHERE = {
     "agents/cps_agents/zoo/code.py": "hashes of code of one's own, which is not run",
     "agents/cps_agents/zoo/lookup.py": "statistics of VecNormalize, with the user's consent",
     "agents/cps_agents/machine.py": "/proc/cpuinfo",
+    "agents/cps_agents/scoring/apart.py": "lines of the process that plays somebody's code, each value checked",
+    "agents/cps_agents/scoring/server.py": "lines of the process that started it",
     "agents/cps_agents/commands/certify.py": "text that the program made",
     "agents/cps_agents/report/sources.py": "lines of text that documents.py has read",
     "paper/cps_paper/printed/tables.py": "data of the package",
