@@ -80,7 +80,7 @@ class Expected(Adapter):
             )
         if powers_of(config).beyond_readings:
             raise ConfigurationError(
-                'the adapters "expected" and "together" forge readings only: take interface="native", or leave '
+                'the adapters "expected", "together" and "two_tests" forge readings only: take interface="native", or leave '
                 "command_attack_w, reference_attack_c and denial out."
             )
         self._config, self._near = config, Neighbours(config)
@@ -111,15 +111,23 @@ class Expected(Adapter):
         """The role's action (B, entries) from the indices of levels (B, S)."""
         bias_c, _ = state
         level = self._levels[actions]
-        missing = (level - self._without_noise(seen)) / self._scale
-        grown = np.minimum(np.maximum(bias_c + GAIN * missing, -MAX_BIAS_C), MAX_BIAS_C)
         forges = self.forges(seen)
-        begun = (seen["attack_h"] > 0.5 * self._step_h)[:, np.newaxis]  # a reading was forged already
-        bias_c = np.where(forges & begun, grown, 0.0)
+        bias_c = np.where(forges & self._begun(seen), self._grown(seen, bias_c, level), 0.0)
         return bias_action(self._config, -bias_c, keep_noise=True), (bias_c, np.where(forges, level, 0.0))
 
-    def _without_noise(self, seen: Seen) -> FloatArray:
-        """Innovations (B, S) of the filter of all without the sensors' own noise.
+    def _begun(self, seen: Seen) -> BoolArray:
+        """Whether a reading was forged already, (B, 1)."""
+        begun: BoolArray = (seen["attack_h"] > 0.5 * self._step_h)[:, np.newaxis]
+        return begun
+
+    def _grown(self, seen: Seen, bias_c: FloatArray, level: FloatArray, noisy: FloatArray | float = 1.0) -> FloatArray:
+        """The biases (B, S) that bring innovations nearer to their levels; of readings with `noisy` of the noise."""
+        missing = (level - self._without_noise(seen, noisy)) / self._scale
+        grown: FloatArray = np.minimum(np.maximum(bias_c + GAIN * missing, -MAX_BIAS_C), MAX_BIAS_C)
+        return grown
+
+    def _without_noise(self, seen: Seen, noisy: FloatArray | float) -> FloatArray:
+        """Innovations (B, S) of the filter of all without the sensors' own noise, of which readings have `noisy`.
 
         With it where the true temperature is beyond the bounds of what the attacker sees.
         """
@@ -127,18 +135,22 @@ class Expected(Adapter):
         low_c, high_c = self._config.reference_range_c
         in_sight = np.abs(true_c - 0.5 * (low_c + high_c)) < 0.5 * (high_c - low_c) + NEAR_C - 1e-3
         noise_c = np.where(in_sight, seen["measured"] - true_c, 0.0)
-        r: FloatArray = seen["innovation"][:, self._near.everybody] - noise_c * self._scale
+        r: FloatArray = seen["innovation"][:, self._near.everybody] - noise_c * noisy * self._scale
         return r
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """See `expected_fields`, (B, S, size)."""
-        bias_c, level = state
+        return encoded(self.fields, self.columns(seen, state))
+
+    def columns(self, seen: Seen, state: State) -> dict[str, FloatArray]:
+        """The values of each field, (B or 1, S or 1, *shape)."""
+        bias_c, level = state[:2]
         near, mean, config = self._near, seen["innovation_mean"], self._config
         liars, age_h = seen["compromised"], seen["attack_h"][:, np.newaxis]
         scheduled = isinstance(config.reference_c, Series)
         error_c = seen["temperature"] - (seen["reference_c"] if scheduled else np.asarray(config.reference_c))
         own_c = error_c[:, self._zone]
-        columns = {
+        return {
             "bias": squeeze(bias_c, "C"),
             "others_bias": squeeze(of_others(bias_c, liars), "C"),
             "others_level": of_others(level, liars),
@@ -156,7 +168,6 @@ class Expected(Adapter):
             "liars": liars.sum(axis=1, keepdims=True),
             "sensor": np.eye(len(self._zone))[np.newaxis],
         }
-        return encoded(self.fields, columns)
 
 
 class Together(Expected):

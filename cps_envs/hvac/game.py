@@ -34,6 +34,7 @@ from cps_envs.hvac.sensors import sensors_of_choices
 from cps_envs.hvac.start import Chances, Draws, draw, draws_of, start
 from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
 from cps_envs.hvac.teams import Believers, Liars, SensorTeam
+from cps_envs.hvac.two_tests import TwoTests
 
 READINGS = 0  # the choice of the raw readings
 
@@ -73,7 +74,7 @@ class HvacGame(Game):
     name = "hvac"
     measures: ClassVar[Mapping[str, Measure]] = measures_of(Metrics)
     adapters: ClassVar[Adapters] = {
-        "attacker": {"expected": Expected, "together": Together},
+        "attacker": {"expected": Expected, "together": Together, "two_tests": TwoTests},
         "defender": {"sensor": Belief},
     }
     threaded = True

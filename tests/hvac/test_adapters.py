@@ -23,6 +23,7 @@ from cps_envs.hvac.houses import house
 from cps_envs.hvac.neighbours import Neighbours, of_others
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
+from cps_envs.hvac.two_tests import FILLS
 from tests.episodes import OnAct, Through
 from tests.hvac.games import play, spec_of
 
@@ -250,3 +251,40 @@ def test_the_attacker_practises_on_days_with_several_liars_in_preset_learning_on
     assert weights() == HVAC.training["attacker"].practised["compromised_weights"] != LEARNING.compromised_weights
     assert weights(compromised_weights=(0.0, 1.0)) == (0.0, 1.0)
     assert weights(preset="hard") == LEARNING.compromised_weights
+
+
+@pytest.mark.parametrize(("fill", "warmer"), [(-2.0, "false"), (2.0, "true")])
+def test_two_tests_can_say_what_brink_plays(fill: float, warmer: str) -> None:
+    action = len(LEVELS) + FILLS.index(fill)
+
+    def paid(attacker: str) -> Array:
+        found: Array = play(attacker, "mtd2", range(6), "learning")["return"]
+        return found
+
+    np.testing.assert_allclose(
+        paid(f"always?adapter=two_tests&action={action}"), paid(f"brink?warmer={warmer}"), rtol=1e-2
+    )
+
+
+def test_two_tests_hold_levels_as_together_does_and_know_which_readings_have_noise() -> None:
+    one, two = adapter_of(spec_of("attacker"), "together"), adapter_of(spec_of("attacker"), "two_tests")
+
+    def look(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
+        more = (*state, np.zeros_like(state[0]))
+        mine, following = two.act(seen, more, drawn[:, :1])
+        theirs, (bias_c, level) = one.act(seen, state, drawn[:, :1])
+        np.testing.assert_array_equal(mine, theirs)
+        np.testing.assert_array_equal(following[0], bias_c)
+        assert not following[2].any()
+        exact, then = two.act(seen, more, np.full_like(drawn[:, :1], len(LEVELS)))
+        forges = (seen["compromised"] > 0.5) & (seen["active"] > 0.5)[:, np.newaxis]
+        np.testing.assert_array_equal(then[2] > 0, forges)
+        assert (exact[:, -1] == -1).all()
+        assert (then[0] <= 0).all()
+
+    episode("attacker", None, 6, look, num_steps=120, window_steps=60, onset_step=70)
+
+
+def test_two_tests_refuse_an_attacker_that_keeps_its_noise() -> None:
+    with pytest.raises(ConfigurationError, match="two_tests"):
+        adapter_of(spec_of("attacker", attack_action="bias"), "two_tests")
