@@ -80,8 +80,8 @@ class Expected(Adapter):
             )
         if powers_of(config).beyond_readings:
             raise ConfigurationError(
-                'the adapters "expected", "together" and "two_tests" forge readings only: take interface="native", or leave '
-                "command_attack_w, reference_attack_c and denial out."
+                'the adapters "expected", "together" and "two_tests" forge readings only: take interface="native", or '
+                "leave command_attack_w, reference_attack_c and denial out."
             )
         self._config, self._near = config, Neighbours(config)
         self.agents = sensor_names(config)

@@ -272,7 +272,7 @@ def test_two_tests_hold_levels_as_together_does_and_know_which_readings_have_noi
     def look(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
         more = (*state, np.zeros_like(state[0]))
         mine, following = two.act(seen, more, drawn[:, :1])
-        theirs, (bias_c, level) = one.act(seen, state, drawn[:, :1])
+        theirs, (bias_c, _) = one.act(seen, state, drawn[:, :1])
         np.testing.assert_array_equal(mine, theirs)
         np.testing.assert_array_equal(following[0], bias_c)
         assert not following[2].any()
