@@ -85,7 +85,7 @@ class Nowhere:
 class Places(CompileResultCacheImpl):
     """Where numba keeps the kernels of a function."""
 
-    _locator_classes = [*CompileResultCacheImpl._locator_classes, Nowhere]
+    _locator_classes: list[Any] = [*CompileResultCacheImpl._locator_classes, Nowhere]
 
 
 class SourceCache(FunctionCache):
@@ -119,7 +119,7 @@ class SourceCache(FunctionCache):
         file: Any = Index(str(folder), self._impl.filename_base, self._cache_file._source_stamp)  # type: ignore[no-untyped-call]
         key = self._index_key(sig, target_context.codegen())  # type: ignore[no-untyped-call]
         data = file.load(key_for(key))
-        return data and self._impl.rebuild(target_context, data)  # type: ignore[no-untyped-call]
+        return data and self._impl.rebuild(target_context, data)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled function; a full or read-only disk costs time at the next start, nothing else."""
