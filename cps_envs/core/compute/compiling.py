@@ -15,8 +15,8 @@ from numba.core import event
 
 QUIET = "CPS_ENVS_QUIET"
 NOTICE = (
-    "cps_envs: compiling kernels, once on this machine: up to a minute for a problem. `cps-envs warm` does it ahead; "
-    f"{QUIET}=1 hides this line."
+    "cps_envs: compiling kernels that this machine does not have yet: up to a minute for a problem. "
+    f"`cps-envs warm` does it ahead; {QUIET}=1 hides this line."
 )
 EVERY_S = 6.0  # between two lines
 COLUMNS = 79  # of a line: one less than a narrow terminal has
