@@ -5,6 +5,8 @@ import time
 from functools import partial
 from typing import Any
 
+import gymnasium
+import numpy as np
 import pytest
 
 from cps_envs import PROBLEMS, find_problem
@@ -78,8 +80,13 @@ def test_the_simplest_vehicle_is_faster_than_any_problem() -> None:
 
 def test_everything_is_planned() -> None:
     assert names("sizes") >= {"rogue 5 vehicles", "rogue 30 vehicles"}
-    assert names("interfaces") >= {"CartPole vector 64", "RogueAttack single", "RogueDefense vector 1024"}
-    assert "rogue parallel" in names("interfaces")
+    assert names("interfaces") >= {
+        "CartPole vector 64",
+        "RogueAttack paper single",
+        "RogueDefense learning vector 1024",
+    }
+    assert {"rogue paper parallel", "rogue learning parallel"} <= names("interfaces")
+    assert names("resets") == {"rogue paper", "rogue learning"}
     assert names("added") == {"RogueAttack", "RogueDefense"}
     asked = names("opponents")
     for role in ROLES:
@@ -108,15 +115,19 @@ def _slower_than_none(policy: str) -> bool:
 @pytest.mark.usefixtures("few")
 def test_everything_is_measured() -> None:
     reports: list[tuple[int, int]] = []
-    plans = plan([PROBLEM], ["sizes", "interfaces", "added", "opponents"])
+    plans = plan([PROBLEM], ["sizes", "interfaces", "resets", "added", "opponents"])
     found = measure(plans, 0.01, lambda done, total, note: reports.append((done, total)))
     assert reports[-1] == (len(plans), len(plans))
     assert not found.interrupted
-    assert len(found.yardsticks) == 4
+    assert len(found.yardsticks) == 5
     rows = {(row.part, row.name): row for row in found.rows}
-    single, batch = rows["interfaces", "RogueAttack single"].values, rows["interfaces", "RogueAttack vector 2"].values
+    single, batch = (
+        rows["interfaces", "RogueAttack paper single"].values,
+        rows["interfaces", "RogueAttack learning vector 2"].values,
+    )
     assert single["steps_per_s"] == pytest.approx(1e6 / single["step_us"])
     assert batch["step_us"] > 0
+    assert rows["resets", "rogue learning"].values["reset_us"] > 0
     paper, hit = rows["sizes", "rogue 5 vehicles"].values, rows["sizes", "rogue hit"].values
     assert paper["work_per_s"] == pytest.approx(500 * 1e6 / paper["step_us"])
     assert paper["episode_kb"] > 0.5
@@ -130,6 +141,30 @@ def test_everything_is_measured() -> None:
     assert rows["opponents", "rogue.defender.pd"].values.keys() >= {"us_1", "us_64", "times_none_64"}
     wanting = rows["opponents", "rogue.attacker.pd"]
     assert (wanting.values, "no attacker policy 'pd'" in wanting.note) == ({}, True)
+
+
+def test_each_environment_of_a_row_acts_by_itself() -> None:
+    made: list[Any] = []
+
+    class Noting:
+        def __init__(self, env: Any) -> None:
+            self.env = env
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self.env, name)
+
+        def step(self, actions: Any) -> None:
+            made.append(actions)
+
+    with pytest.MonkeyPatch.context() as patched:
+        make = gymnasium.make_vec
+        patched.setattr(gymnasium, "make_vec", lambda *args, **options: Noting(make(*args, **options)))
+        step = interfaces.vector(PROBLEM.env_id("attacker"), 8, preset="paper", opponent="none")
+    for _ in range(interfaces.HELD + 1):
+        step()
+    assert len(np.unique(made[0])) == 8
+    np.testing.assert_array_equal(made[0], made[interfaces.HELD - 1])
+    assert (made[0] != made[-1]).all()
 
 
 def test_memory_grows_with_the_size() -> None:
@@ -170,11 +205,17 @@ def test_targets_are_the_costliest_opponent_that_is_no_solver() -> None:
         row("opponents", "fdi.attacker.usual in exact", note="solver", times_none_64=99.0),
         row("opponents", "fdi.attacker.absent", note="needs options"),
         row("added", "FdiAttack", single_us=3.0, vector_us=30.0),
-        row("interfaces", "FdiAttack single", cartpoles=1.0, steps_per_s=1e5),
+        row("resets", "fdi learning", reset_us=21.0),
+        row("resets", "hvac learning", reset_us=21.0),
+        row("resets", "hvac paper", reset_us=19.0),
+        row("interfaces", "FdiAttack learning single", cartpoles=1.0, steps_per_s=1e5),
     ]
     met = {target.what: target.met for target in judge(measured)}
     assert met == {
-        "FdiAttack single: CartPoles": True,
+        "FdiAttack learning single: CartPoles": True,
+        "fdi learning: us of a reset": False,
+        "hvac learning: us of a reset": True,
+        "hvac paper: us of a reset": True,
         "FdiAttack: us that single adds": True,
         "FdiAttack: us that vector adds": False,
         "fdi attacker, costliest: usual in dear, x none": False,

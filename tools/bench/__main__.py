@@ -17,6 +17,7 @@ from cps_agents.sheet import Sheet, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near
 from tools.bench import opponents
+from tools.bench.interfaces import OPPONENT, RESETS
 from tools.bench.measuring import Findings, measure
 from tools.bench.row import Row
 from tools.bench.suite import MAKERS, judge, plan
@@ -112,13 +113,14 @@ COLUMNS: Columns = {
         ),
     ),
     "interfaces": (
-        "Interfaces: against none",
+        f"Interfaces: against {OPPONENT}",
         (
             ("steps/s", number("steps_per_s", ",.0f")),
             ("us/step", number("step_us", ".3g")),
             ("CartPoles", number("cartpoles", ".3g")),
         ),
     ),
+    RESETS: ("Seeded resets of 1,024 environments, each", (("us", number("reset_us", ".3g")),)),
     "added": (
         "What interfaces add to a decision of one environment",
         (

@@ -19,10 +19,13 @@ from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.types import AGENTS, ROLES, FloatArray
 from tools.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 
-PART, ADDED = "interfaces", "added"
+PART, ADDED, RESETS = "interfaces", "added", "resets"
+PRESETS = ("paper", "learning")
+OPPONENT = "none"
 CARTPOLE = "CartPole-v1"
 NUM_ENVS = (1, 64, 1024)
-ACTIONS = 64  # drawn beforehand, so that drawing them is not measured
+ACTIONS = 4  # of each environment, drawn beforehand, so that drawing them is not measured
+HELD = 16  # decisions that each of them lasts, so that episodes become as different as with somebody who acts
 CHUNK = 50  # decisions between two looks at the clock, if an episode has so many
 
 
@@ -32,15 +35,33 @@ def short(env_id: str) -> str:
 
 
 def items(problems: list[Problem]) -> Iterator[Measurement]:
-    """CartPole, and every interface of the problems under the preset `paper`, against the opponent `none`."""
-    for env_id in (CARTPOLE, *(problem.env_id(role) for problem in problems for role in ROLES)):
-        yield Measurement(PART, f"{short(env_id)} single", partial(_rate, partial(single, env_id), 1))
-        for envs in NUM_ENVS:
-            yield Measurement(
-                PART, f"{short(env_id)} vector {envs}", partial(_rate, partial(vector, env_id, envs), envs)
-            )
-    for problem in problems:
-        yield Measurement(PART, f"{problem.name} parallel", partial(_rate, partial(parallel, problem), 1))
+    """CartPole, and every interface of the problems in two presets, against `OPPONENT`."""
+    yield from _forms(CARTPOLE, short(CARTPOLE))
+    for preset in PRESETS:
+        for env_id in (problem.env_id(role) for problem in problems for role in ROLES):
+            yield from _forms(env_id, f"{short(env_id)} {preset}", preset=preset, opponent=OPPONENT)
+        for problem in problems:
+            rate = partial(_rate, partial(parallel, problem, preset), 1)
+            yield Measurement(PART, f"{problem.name} {preset} parallel", rate)
+
+
+def _forms(env_id: str, name: str, **options: Any) -> Iterator[Measurement]:
+    yield Measurement(PART, f"{name} single", partial(_rate, partial(single, env_id, **options), 1))
+    for envs in NUM_ENVS:
+        yield Measurement(PART, f"{name} vector {envs}", partial(_rate, partial(vector, env_id, envs, **options), envs))
+
+
+def reset_items(problems: list[Problem]) -> Iterator[Measurement]:
+    """What a seeded reset of the vector form costs each environment."""
+    for preset in PRESETS:
+        for problem in problems:
+            yield Measurement(RESETS, f"{problem.name} {preset}", partial(_reset, problem, preset))
+
+
+def _reset(problem: Problem, preset: str, seconds: float, yardsticks: Yardsticks) -> Values:
+    options: dict[str, Any] = {"preset": preset, "opponent": OPPONENT, "interface": "native"}
+    envs: Any = gymnasium.make_vec(problem.env_id("attacker"), NUM_ENVS[-1], "vector_entry_point", **options)
+    return {"reset_us": 1e6 / NUM_ENVS[-1] / calls_per_s(lambda: envs.reset(seed=0), seconds)}
 
 
 def added_items(problems: list[Problem]) -> Iterator[Measurement]:
@@ -59,13 +80,13 @@ def _rate(make: Any, envs: int, seconds: float, yardsticks: Yardsticks) -> Value
 def _moves(space: Any, neutral: Any) -> Iterator[Any]:
     """Random actions; only the neutral one of a role that has illegal ones, which could end an episode."""
     space.seed(0)
-    return cycle([space.sample() if neutral is None else neutral for _ in range(ACTIONS)])
+    drawn = [space.sample() if neutral is None else neutral for _ in range(ACTIONS)]
+    return cycle([action for action in drawn for _ in range(HELD)])
 
 
-def single(env_id: str) -> Call:
+def single(env_id: str, **options: Any) -> Call:
     """A step of `gymnasium.make(id)`, with a reset where an episode has ended."""
-    ours: dict[str, Any] = {} if env_id == CARTPOLE else {"preset": "paper", "opponent": "none"}
-    env: Any = gymnasium.make(env_id, **ours)
+    env: Any = gymnasium.make(env_id, **options)
     _, info = env.reset(seed=0)
     actions = _moves(env.action_space, _neutral(env.unwrapped) if "action_mask" in info else None)
 
@@ -78,19 +99,17 @@ def single(env_id: str) -> Call:
 
 
 def vector(env_id: str, num_envs: int, *, neutral: bool = False, **options: Any) -> Call:
-    """A step of the native vector form; every action is the `neutral` one where that is asked for."""
-    if env_id != CARTPOLE:
-        options = {"preset": "paper", "opponent": "none", **options}
+    """A step of the vector form, each environment with an action of its own, or with the `neutral` one if asked for."""
     envs: Any = gymnasium.make_vec(env_id, num_envs, "vector_entry_point", **options)
     _, info = envs.reset(seed=0)
     calm = neutral or "action_mask" in info
-    actions = _moves(envs.action_space, np.stack([_neutral(envs)] * num_envs) if calm else None)
+    actions = _moves(envs.action_space, np.stack([envs.neutral_action] * num_envs) if calm else None)
     return lambda: envs.step(next(actions))
 
 
-def parallel(problem: Problem) -> Call:
+def parallel(problem: Problem, preset: str) -> Call:
     """A step of the PettingZoo form."""
-    env = RolesParallelEnv(problem, preset="paper")
+    env = RolesParallelEnv(problem, preset=preset)
     _, infos = env.reset(seed=0)
     draws = {}
     for role, agent in AGENTS.items():

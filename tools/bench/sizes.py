@@ -15,14 +15,14 @@ import numpy as np
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.game.problem import Problem
 from cps_envs.hvac.houses import house
-from tools.bench.interfaces import vector
+from tools.bench.interfaces import OPPONENT, vector
 from tools.bench.row import ROUNDS, Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 
 PART = "sizes"
 ENVS = 64
 LATE_STEPS = 48  # three times as many as HVAC sums at once, see `cps_envs.hvac.window`
 OPERATIONS = 7  # of a step of the simplest vehicle, see `tools.bench.interfaces`
-MANY, FEW = 65, 1  # environments whose memory is compared
+FEW = 1  # environments whose memory is compared with that of `Size.many`
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ class Size:
     per_s: float = 0.0  # substeps per CPU second to be reached on the machine of docs/speed.md; 0: no target
     cheaper: tuple[str, float] = ("", 0.0)  # than another size: its name, and the share of its cost that is allowed
     envs: int = ENVS
+    many: int = 65  # environments whose memory is measured
     late: bool = False  # measured in the same part of an episode, whatever the batch
 
 
@@ -51,7 +52,9 @@ SIZES = (
     Size("disbanding", "100 vehicles", {}, "", *CALM, reached=0.4, per_s=2.0e8),
     Size("disbanding", "1,000 vehicles", {"num_platoons": 100}, "", *CALM, 0.4, cheaper=("100 vehicles", 10.0)),
     Size("disbanding", "10,000 vehicles", {"num_platoons": 1000}, "", *CALM, 0.4, cheaper=("1,000 vehicles", 10.0)),
-    Size("disbanding", "100,000 vehicles", {"num_platoons": 10_000}, "", *CALM, 0.4, 0.0, ("10,000 vehicles", 11.0), 1),
+    Size(
+        "disbanding", "100,000 vehicles", {"num_platoons": 10_000}, "", *CALM, 0.4, 0.0, ("10,000 vehicles", 11.0), 1, 3
+    ),
     Size("disbanding", "100, collisions", COLLIDING, attack="plan?events=[[10,1],[9,2]]", per_s=1.3e8),
     Size("fdi", "4 vehicles"),
     Size("fdi", "20 vehicles", {"num_vehicles": 20}, cheaper=("4 vehicles", 5.0)),
@@ -78,7 +81,10 @@ def items(problems: list[Problem]) -> Iterator[Measurement]:
 
 
 def _measure(problem: Problem, size: Size, seconds: float, yardsticks: Yardsticks) -> Values:
-    """An attacker's decision that changes nothing, in a native vector environment against `none`."""
+    """An attacker's decision in a native vector environment against `none`, with actions of its own in each.
+
+    Where illegal actions could end an episode, and on the calm road whose operations are counted, nobody acts.
+    """
     assert problem.work is not None
     work = problem.work.per_game_step(problem.config("paper", size.overrides))
     if size.attack:
@@ -86,7 +92,8 @@ def _measure(problem: Problem, size: Size, seconds: float, yardsticks: Yardstick
     else:
         game = problem.game(problem.config("paper", size.overrides), 1)
         work *= game.decision_interval["attacker"]
-        step = vector(problem.env_id("attacker"), size.envs, neutral=True, **size.overrides)
+        options = {"preset": "paper", "opponent": OPPONENT, **size.overrides}
+        step = vector(problem.env_id("attacker"), size.envs, neutral=size.operations > 0, **options)
         per_s = work * size.envs * (_late_calls_per_s(step) if size.late else calls_per_s(step, seconds))
     values = {
         "work_per_s": per_s,
@@ -94,8 +101,7 @@ def _measure(problem: Problem, size: Size, seconds: float, yardsticks: Yardstick
         "reached": per_s * limit_s(size, yardsticks),
         "step_us": 1e6 * work / per_s,
     }
-    many = size.attack or size.envs != ENVS
-    return values if many else values | {"episode_kb": episode_kb(problem, size.overrides)}
+    return values if size.attack else values | {"episode_kb": episode_kb(problem, size.overrides, size.many)}
 
 
 def limit_s(size: Size, yardsticks: Yardsticks) -> float:
@@ -126,17 +132,17 @@ def _attacked(problem: Problem, size: Size, seconds: float) -> float:
     return best
 
 
-def episode_kb(problem: Problem, overrides: Mapping[str, Any]) -> float:
-    """Memory of an environment of a batch, kB: what a batch of 65 takes beyond a batch of one, for each of the 64."""
-    _, few, many = (_traced(problem, overrides, envs) for envs in (FEW, FEW, MANY))  # the first one loads kernels
-    return (many - few) / (MANY - FEW) / 1e3
+def episode_kb(problem: Problem, overrides: Mapping[str, Any], many: int = Size.many) -> float:
+    """Memory of an environment of a batch, kB: what a batch of `many` takes beyond a batch of one, for each other."""
+    _, few, all_of_them = (_traced(problem, overrides, envs) for envs in (FEW, FEW, many))  # the first loads kernels
+    return (all_of_them - few) / (many - FEW) / 1e3
 
 
 def _traced(problem: Problem, overrides: Mapping[str, Any], envs: int) -> int:
     tracemalloc.start()
     try:
         made: Any = gymnasium.make_vec(
-            problem.env_id("attacker"), envs, "vector_entry_point", preset="paper", opponent="none", **overrides
+            problem.env_id("attacker"), envs, "vector_entry_point", preset="paper", opponent=OPPONENT, **overrides
         )
         made.reset(seed=0)
         return tracemalloc.get_traced_memory()[0]

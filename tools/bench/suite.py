@@ -10,19 +10,21 @@ from cps_envs.core.game.problem import Problem
 from tools.bench import interfaces, opponents, sizes
 from tools.bench.row import Measurement, Row, Values, Yardsticks
 
-CARTPOLES = {  # single decisions that may cost so many steps of a single CartPole at most
-    "DisbandingAttack single": 8.0,
-    "DisbandingDefense single": 3.0,
-    "FdiAttack single": 1.5,
-    "FdiDefense single": 1.5,
-    "HvacAttack single": 3.0,
-    "HvacDefense single": 3.0,
-    "RogueAttack single": 2.5,
-    "RogueDefense single": 2.5,
+CARTPOLES = {  # steps of the single form, in each preset, that may cost so many of a single CartPole at most
+    "DisbandingAttack": 8.0,
+    "DisbandingDefense": 3.0,
+    "FdiAttack": 1.5,
+    "FdiDefense": 1.5,
+    "HvacAttack": 3.0,
+    "HvacDefense": 3.0,
+    "RogueAttack": 2.5,
+    "RogueDefense": 2.5,
 }
 MACHINE = Yardsticks(cartpole_us=6.3, updates_per_s=6.5e9, divisions_per_s=3.1e9)  # that of docs/speed.md
-DECISIONS_PER_S = {"DisbandingAttack single": 1.2e4}  # this and what follows: on that machine
+DECISIONS_PER_S = {"DisbandingAttack": 1.2e4}  # this and what follows: on that machine
 SINGLE_ADDS_US, VECTOR_ADDS_US = 10.0, 20.0  # what an interface may add to a decision of one environment
+RESET_US = 20.0  # a seeded reset of each of 1,024 environments, ...
+LONGER_RESET_US = {"hvac learning": 40.0}  # ... which draws noise and disturbances of a whole episode here
 OPPONENT_TIMES = 4.0  # the cost of `none` that a usual opponent may have at 64 environments, if it is no solver
 
 
@@ -48,7 +50,7 @@ def judge(rows: Sequence[Row], yardsticks: Sequence[Yardsticks] = ()) -> list[Ta
     slower = min(each.cartpole_us for each in known) / MACHINE.cartpole_us
     faster = max(each.updates_per_s for each in known) / MACHINE.updates_per_s  # compiled loops
     sizes_and_single = (*_sizes(found, faster), *_single(found, slower))
-    return [*sizes_and_single, *_added(rows, slower), *_opponents(rows)]
+    return [*sizes_and_single, *_resets(found, slower), *_added(rows, slower), *_opponents(rows)]
 
 
 Found: TypeAlias = Mapping[tuple[str, str], Values]
@@ -70,12 +72,21 @@ def _sizes(found: Found, faster: float) -> Iterator[Target]:
 
 
 def _single(found: Found, slower: float) -> Iterator[Target]:
-    for name, bound in DECISIONS_PER_S.items():
-        if (values := found.get((interfaces.PART, name))) is not None:
-            yield Target(f"{name}: decisions/s", values["steps_per_s"], bound / slower, at_least=True)
-    for name, bound in CARTPOLES.items():
-        if (values := found.get((interfaces.PART, name))) is not None:
-            yield Target(f"{name}: CartPoles", values["cartpoles"], bound)
+    for (part, name), values in found.items():
+        env, _, form = name.partition(" ")
+        if part != interfaces.PART or not form.endswith(" single"):
+            continue
+        if env in DECISIONS_PER_S:
+            yield Target(f"{name}: decisions/s", values["steps_per_s"], DECISIONS_PER_S[env] / slower, at_least=True)
+        if env in CARTPOLES:
+            yield Target(f"{name}: CartPoles", values["cartpoles"], CARTPOLES[env])
+
+
+def _resets(found: Found, slower: float) -> Iterator[Target]:
+    for (part, name), values in found.items():
+        if part == interfaces.RESETS:
+            bound = LONGER_RESET_US.get(name, RESET_US) * slower
+            yield Target(f"{name}: us of a reset", values["reset_us"], bound)
 
 
 def _added(rows: Sequence[Row], slower: float) -> Iterator[Target]:
@@ -103,6 +114,7 @@ def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
 MAKERS: Mapping[str, Callable[[list[Problem]], Iterator[Measurement]]] = {
     sizes.PART: sizes.items,
     interfaces.PART: interfaces.items,
+    interfaces.RESETS: interfaces.reset_items,
     interfaces.ADDED: interfaces.added_items,
     opponents.PART: opponents.items,
 }
