@@ -208,7 +208,7 @@ def test_every_filter_is_that_of_textbooks(hypothesis: Any) -> None:
                 joint.go_on(game.state.command[0])
             joint.take(game.state.reading[0])
             _, state = defender.predict(game.observe("defender"), state)
-            np.testing.assert_allclose(state[0][0, hypothesis], joint.x, atol=1e-4)
+            np.testing.assert_allclose(state[0][0, :, hypothesis], joint.x, atol=1e-4)
 
     play_episodes(FDI, SPEC.config, {"attacker": "tracker", "defender": "bank"}, [3], on_step=look)
 

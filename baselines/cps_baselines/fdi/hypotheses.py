@@ -39,8 +39,8 @@ class Filters(NamedTuple):
 
     trusted: BoolArray  # (K, R)
     heard: BoolArray  # (K, R)
-    gains: FloatArray  # (horizon + 1, K, R, 3n + 1)
-    precisions: FloatArray  # (horizon + 1, K, R)
+    gains: FloatArray  # (horizon + 1, R, 3n + 1, K) of innovations in deviations
+    precisions: FloatArray  # (horizon + 1, R, K)
     surprise: FloatArray  # (horizon + 1, K)
     lasts: FloatArray  # (3n + 1, 3n + 1)
     command: FloatArray  # (2n, n)
@@ -54,12 +54,15 @@ class Filters(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What the kernel works with; one episode uses it after the other."""
+    """What the kernel works with; one episode uses it after the other. All filters go side by side."""
 
     told: FloatArray  # (R,) readings
     moved: FloatArray  # (2n,) what the last commands did
-    before: FloatArray  # (3n + 1,)
-    values: FloatArray  # (K, R) innovations in deviations
+    before: FloatArray  # (3n + 1, K)
+    own: FloatArray  # (3n + 1, K) estimates
+    values: FloatArray  # (R, K) innovations in deviations
+    used: FloatArray  # (K,) that of a reading, where the filter hears it and it is no outlier, else 0
+    misfit: FloatArray  # (K,) of what each filter heard, in nats
     wanted: FloatArray  # (n,) corrections in m/s2
 
 
@@ -104,9 +107,9 @@ class Hypotheses(AnalyticPolicy):
         self._count = len(hypothesis_filters(self.config).heard)
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """Of each filter the estimate (B, K, 3n + 1) and the log-odds (B, K); the hypotheses that are followed (B,)."""
-        shape = (len(generators), self._count)
-        return np.zeros((*shape, self._size)), np.zeros(shape), np.zeros(len(generators), np.int64)
+        """Of each filter the estimate (B, 3n + 1, K) and the log-odds (B, K); the hypotheses that are followed (B,)."""
+        count, filters = len(generators), self._count
+        return np.zeros((count, self._size, filters)), np.zeros((count, filters)), np.zeros(count, np.int64)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, R + n)."""
@@ -137,8 +140,8 @@ def _filters(spec: RoleSpec) -> Any:
         Filters(
             trusted=known.trusted,
             heard=known.heard,
-            gains=known.gains,
-            precisions=known.precisions,
+            gains=np.ascontiguousarray((known.gains / known.precisions[..., np.newaxis]).transpose(0, 2, 3, 1)),
+            precisions=np.ascontiguousarray(known.precisions.transpose(0, 2, 1)),
             surprise=known.surprise,
             lasts=known.lasts,
             command=law.command,
@@ -163,67 +166,83 @@ def _judge(
     follows: IntArray,
     actions: IntArray,
 ) -> None:
-    """Renew estimates (B, K, 3n + 1), odds (B, K) and who is followed (B,), and write the actions (B, R + n)."""
+    """Renew estimates (B, 3n + 1, K), odds (B, K) and who is followed (B,), and write the actions (B, R + n)."""
     f, at = lend(filters), filters.offsets[0]
     (hypotheses, readings), n = f.trusted.shape, f.command.shape[1]
-    s = Scratch(np.empty(readings), np.empty(2 * n), np.empty(3 * n + 1), np.empty((hypotheses, readings)), np.empty(n))
+    side = (3 * n + 1, hypotheses)
+    s = Scratch(
+        np.empty(readings),
+        np.empty(2 * n),
+        np.empty(side),
+        np.empty(side),
+        np.empty((readings, hypotheses)),
+        np.empty(hypotheses),
+        np.empty(hypotheses),
+        np.empty(n),
+    )
     for b in range(observation.shape[0]):
         row = borrowed(observation)[b]
         step = f.horizon[0] - int(np.rint(decode_entry(row, f.scale, at.steps_left)))
         hear(row, at, f.scale, f.command, s.told, s.moved)
-        honest, best, most = 0.0, 0, -np.inf
-        for k in range(hypotheses):
-            own = borrowed(estimates)[b, k]
-            if step > 0:
-                predict(f, own, s)
-            misfit = take(f, step, k, own, weights.outlier[b], s.told, borrowed(s.values)[k])
-            if k == 0:
-                honest = misfit
-                continue
+        for i in range(3 * n + 1):
+            copy(borrowed(estimates)[b, i], s.own[i])
+        if step > 0:
+            predict(f, s)
+        take(f, step, weights.outlier[b], s)
+        for i in range(3 * n + 1):
+            copy(s.own[i], borrowed(estimates)[b, i])
+        best, most = 0, -np.inf
+        for k in range(1, hypotheses):
             cost, needed = price(f, k, weights, b)
             kept = odds[b, k] if is_drift(f, k) else weights.memory[b] * odds[b, k]
-            odds[b, k] = max(kept + honest - misfit - cost - f.surprise[step, k], 0.0)
+            odds[b, k] = max(kept + s.misfit[0] - s.misfit[k] - cost - f.surprise[step, k], 0.0)
             enough = needed * (weights.release[b] if follows[b] == k else 1.0)
             if odds[b, k] >= enough and odds[b, k] - needed > most:
                 best, most = k, odds[b, k] - needed
         follows[b] = best
         for j in range(readings):
-            fits = abs(s.values[best, j]) <= weights.gate[b]
+            fits = abs(s.values[j, best]) <= weights.gate[b]
             actions[b, j] = 1 if f.trusted[best, j] and fits else 0
-        correct(f, best, row, borrowed(estimates)[b, best], weights.correction[b], weights.caution[b], s)
+        correct(f, best, row, weights.correction[b], weights.caution[b], s)
         for i in range(n):
             level = int(np.rint(s.wanted[i] / f.level_mps2[0]))
             actions[b, readings + i] = f.levels[0] + min(max(level, -f.levels[0]), f.levels[0])
 
 
 @inlined
-def predict(f: Filters, own: FloatArray, s: Scratch) -> None:
-    """Turn the estimate (3n + 1,) of the last step into the prediction of this one."""
-    n = f.command.shape[1]
-    copy(own, s.before)
-    for i in range(own.size):
-        own[i] = s.moved[i] if i < 2 * n else 0.0
-        for k in range(own.size):
-            own[i] += f.lasts[i, k] * s.before[k]
+def predict(f: Filters, s: Scratch) -> None:
+    """Turn the estimates of the last step into the predictions of this one."""
+    size, count = s.own.shape
+    for i in range(size):
+        moved = s.moved[i] if i < s.moved.size else 0.0
+        for k in range(count):
+            s.before[i, k] = s.own[i, k]
+            s.own[i, k] = moved
+    for i in range(size):
+        for j in range(size):
+            last = f.lasts[i, j]
+            if last != 0.0:
+                for k in range(count):
+                    s.own[i, k] += last * s.before[j, k]
 
 
 @inlined
-def take(f: Filters, step: int, k: int, own: FloatArray, outlier: float, told: FloatArray, values: FloatArray) -> float:
-    """Take readings (R,) into filter k, whose prediction (3n + 1,) becomes its estimate.
-
-    `values` (R,) are filled with the normalised innovations. Returns the misfit of what it heard, in nats.
-    """
-    misfit = 0.0
-    for j in range(told.size):
-        values[j] = (told[j] - own[f.state[j]]) * f.precisions[step, k, j]
-        if f.heard[k, j]:
-            if abs(values[j]) > outlier:
-                misfit += 0.5 * outlier * outlier
-                continue
-            misfit += 0.5 * values[j] * values[j]
-            for i in range(own.size):
-                own[i] += f.gains[step, k, j, i] * values[j] / f.precisions[step, k, j]
-    return misfit
+def take(f: Filters, step: int, outlier: float, s: Scratch) -> None:
+    """Take the readings into all filters, whose predictions become estimates; fill their innovations and misfits."""
+    size, count = s.own.shape
+    fill(s.misfit, 0.0)
+    for j in range(s.told.size):
+        told, place = s.told[j], f.state[j]
+        for k in range(count):
+            value = (told - s.own[place, k]) * f.precisions[step, j, k]
+            s.values[j, k] = value
+            within = abs(value) <= outlier
+            s.used[k] = value if f.heard[k, j] and within else 0.0
+            cost = 0.5 * value * value if within else 0.5 * outlier * outlier
+            s.misfit[k] += cost if f.heard[k, j] else 0.0
+        for i in range(size):
+            for k in range(count):
+                s.own[i, k] += f.gains[step, j, i, k] * s.used[k]
 
 
 @inlined
@@ -245,7 +264,7 @@ def price(f: Filters, k: int, weights: Weights, b: int) -> tuple[float, float]:
 
 
 @inlined
-def correct(f: Filters, k: int, row: Observation, own: FloatArray, part: float, caution: float, s: Scratch) -> None:
+def correct(f: Filters, k: int, row: Observation, part: float, caution: float, s: Scratch) -> None:
     """What commands (n,) lack where sensors are replaced: filter k's estimate against that of the platoon's filter.
 
     They lack `part` of that, and `caution` where nobody sees a gap.
@@ -260,6 +279,6 @@ def correct(f: Filters, k: int, row: Observation, own: FloatArray, part: float, 
         place = f.state[j]
         if not f.trusted[k, j]:
             entry = at.predicted_gap_error + place if place < n else at.predicted_speed + place - n
-            off = own[place] - decode_entry(row, f.scale, entry)
+            off = s.own[place, k] - decode_entry(row, f.scale, entry)
             for i in range(n):
                 s.wanted[i] += part * f.feedback[j, i] * off
