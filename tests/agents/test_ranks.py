@@ -66,8 +66,11 @@ def test_a_rank_is_shared_with_its_first_and_not_with_the_row_before(monkeypatch
     assert [cell.partition(" ")[0] for cell in front[0]] == ["fdi-attack", "first", "second", "net", "advised", "told"]
     assert front[0][2].startswith("second 50 ± ")
     assert len(front) == 1
-    assert board.kind_text(made(5)) == "network from scratch"
-    assert board.kind_text(made(4)) == "network from scratch, 4 training seeds"
+    assert board.kind_text(made(5, began=made(1))) == "network from scratch"
+    assert board.kind_text(made(4, began=made(1))) == "network from scratch, 4 training seeds"
+    assert board.kind_text(made(5)) == "network from scratch, by its adapter's name alone"
+    unplayed = [replace(row, score=replace(row.score, began=None)) for row in rows]
+    assert board.front({"fdi-attack": unplayed}).rows[0][3] == board.NONE_YET
 
 
 def test_a_row_names_the_worst_training_seed() -> None:

@@ -208,20 +208,27 @@ def _response_text(row: BoardEntry) -> str:
 
 
 def kind_text(score: Score) -> str:
-    """The kind of an entry; a network with few training seeds says how many."""
+    """The kind of an entry; a network says if what it began with was not played, and if it has few training seeds."""
     seeds = len(score.pays)
     few = f", {seeds} training seed{'s' * (seeds > 1)}" if score.kind.network and seeds < SEEDS else ""
-    return f"{score.kind}{few}"
+    unplayed = ", by its adapter's name alone" if score.kind.name == SCRATCH and score.began is None else ""
+    return f"{score.kind}{unplayed}{few}"
 
 
 def front(boards: Mapping[str, Sequence[BoardEntry]]) -> Sheet:
     """One row for each track that has entries: the best of every kind, with its half width."""
     rows = [
-        [name, *(_best([row for row in rows if row.score.kind.name in kinds]) for kinds in FRONT.values())]
+        [name, *(_best([row for row in rows if _shown(row, kinds)]) for kinds in FRONT.values())]
         for name, rows in boards.items()
         if rows
     ]
     return Sheet("", ("track", *FRONT), rows)
+
+
+def _shown(row: BoardEntry, kinds: Sequence[str]) -> bool:
+    """Whether an entry is of one of these kinds; a network is from scratch if what it began with was played."""
+    kind = row.score.kind.name
+    return kind in kinds and (kind != SCRATCH or row.score.began is not None)
 
 
 def _best(rows: Sequence[BoardEntry]) -> str:
