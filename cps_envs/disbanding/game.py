@@ -29,7 +29,7 @@ from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import builds_of, chances_of, nominal_constants, spread, start_drawn
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
-from cps_envs.disbanding.timed import Timed
+from cps_envs.disbanding.timed import FromFront, Timed
 from cps_envs.disbanding.truth import truth_of_road
 from cps_envs.disbanding.turn import Account, settle_all, step, step_eventful
 
@@ -52,7 +52,7 @@ class DisbandingGame(Game):
     name = "disbanding"
     measures: ClassVar[Mapping[str, Measure]] = measures_of(Metrics)
     adapters: ClassVar[Adapters] = {
-        "attacker": {"timed": Timed},
+        "attacker": {"timed": Timed, "from_front": FromFront},
         "defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad, "parts_road": PartsRoad},
     }
     threaded = True

@@ -30,8 +30,9 @@ brake by `jolt_mps2` for `jolt_s`, and each jolt counts against the budget. A dr
 when alarmed: by braking beyond `alarming_braking_mps2`, a jerk beyond `alarming_jerk_mps3`, or a gap below
 `alarming_gap_m`. When the first driver takes over, the platoon is disbanded.
 
-In preset `learning`, adapter `timed` chooses when to strike, whom, and whether to jam. A step lasts until that is done
-and something can be chosen again, at most 60 s.
+In preset `learning`, adapter `from_front` chooses when to strike, whom, and whether to jam. A step lasts until that is
+done and something can be chosen again, at most 60 s. Platoons are counted from the front among those that are left, so
+every choice can be carried out, also without masks.
 
 
 ## Observation Space
@@ -85,8 +86,8 @@ clipped to [u_min, u_max]. Corrections act on intact vehicles behind the most fo
 In `learning` they act on every intact vehicle at any time, and the rule grows from nothing: up to 1 m/s2 the clipping,
 and the noise of the actuator, are in proportion to the correction.
 
-Learners of preset `learning` meet adapter `parts_road` instead, `MultiDiscrete([3] * 7)` every 10 s. It adds parts of a
-follower to the law of all platoons. With level 1 of the first five parts nothing is added.
+Learners of preset `learning` meet adapter `parts_road` instead, `MultiDiscrete([3] * 5)` every 10 s. It adds parts of a
+follower to the law of all platoons. With level 1 of all parts nothing is added.
 
 | part | 0 | 1 | 2 |
 |---|---|---|---|
@@ -95,11 +96,10 @@ follower to the law of all platoons. With level 1 of the first five parts nothin
 | room beyond the wanted gap, 1/s2 | -0.025 | 0 | 0.1 |
 | speed of the disbanded vehicle, as the record tells, 1/s | -0.075 | 0 | 0.3 |
 | share of the plain law | 1.25 | 1 | 0.3, and the lag is made up for |
-| wanted gap, m | 6 | 10 | 14 |
-| leaders' headway beside it, s | 0 | 0.2 | 0.5 |
 
-Neutral levels leave the law as it is. Constant actions are strong in this role: with all five parts at level 2 one
-scores 88.8 ± 3.2 on split dev of the challenge, and the tuned follower `cacc` 96.4 ± 0.9.
+The wanted gap is 10 m, and 0.2 s more for leaders. No single part is a follower, and neutral levels leave the law as
+it is. Constant actions are strong in this role: with all parts at level 2 one scores 88.8 ± 3.2 on split dev of the
+challenge, and the tuned follower `cacc` 96.4 ± 0.9.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.

@@ -30,16 +30,10 @@ OPPONENTS: Mapping[str, Mapping[Role, Panel]] = {  # who plays a role that nobod
     },
 }
 TRAINING: Mapping[Role, Panel] = {  # whom learners of the other role meet
-    # Defenders of differing kinds. A jam before the first attack deceives those who need the broadcast, one after it
-    # `string`, which also detects. `mpc` is left for judging.
-    "defender": panel(
-        [
-            *("string?detection_mps=0", "string", "string?form=local"),
-            *("heuristic", "cacc?told=broadcast", "feedback"),
-        ]
-    ),
-}
-RECIPES: Mapping[Role, Panel] = {  # whom our own PPO meets instead
+    # Defenders of differing kinds; `feedback` weighs half in the challenge, too. A jam before the first attack deceives
+    # `heuristic` and `mpc`, who wait to be told of it, one after it who also detects. `mpc` is left for judging.
+    "defender": panel({"heuristic": 1.0, "string": 1.0, "cacc?told=radio": 1.0, "feedback": 0.5}),
+    # Who does nothing teaches nothing; the quiet episodes are enough to show what an alarm costs.
     "attacker": panel(["spread", "random", "timed?jam=1", "timed?jam=2", "timed?jam=3"]),
 }
 CHALLENGE: Mapping[Role, Panel] = {  # frozen, searched numbers too: a change is another challenge

@@ -24,18 +24,17 @@ LEVELS: FloatArray = np.array(
         [WEAK * LEADERS.gap, 0.0, LEADERS.gap],  # 1/s2
         [WEAK * 0.3, 0.0, 0.3],  # 1/s, of the record's speed
         [1.25, 1.0, 0.3],  # share of the plain law; with the last one the actuator's lag is made up for
-        [6.0, 10.0, 14.0],  # m, wanted gap
-        [0.0, 0.2, 0.5],  # s, what leaders keep beside it
     ]
 )
-ACTING = 5  # the first entries; the others only say what the third one means
 NEUTRAL = 1
 
 
 class PartsRoad(Follow):
     """One agent that adds parts of a follower to the law of all platoons: each with a wrong sign, not at all, or fully.
 
-    With the middle level of all parts the platoons drive by their own law. No level of a single part is a follower.
+    The parts: the predecessor's acceleration, the closing speed, room, the record of a disbanded vehicle, and how much
+    of the plain law remains. Wanted gap and leaders' headway are a textbook's. With the middle level of all parts the
+    platoons drive by their own law. No level of a single part is a follower.
     """
 
     shared = True
@@ -57,12 +56,12 @@ class PartsRoad(Follow):
         """The corrections (B, M); exactly zero where all parts are neutral."""
         corrections = np.zeros((len(seen), self.spec.config.max_vehicles))
         follow_all(seen.observation, self._layout, points_of(actions), *self._road, corrections)
-        neutral = (actions[:, 0, :ACTING] == NEUTRAL).all(axis=1)
+        neutral = (actions[:, 0] == NEUTRAL).all(axis=1)
         return np.where(neutral[:, np.newaxis], 0.0, corrections), state
 
 
 def points_of(actions: Array) -> Array:
-    """Records (2 B,) of `SetPoints`, leaders' and others' by turns, of actions (B, 1, 7)."""
+    """Records (2 B,) of `SetPoints`, leaders' and others' by turns, of actions (B, 1, 5)."""
     chosen = LEVELS[np.arange(len(LEVELS)), actions[:, 0].astype(np.int64)]
     values = np.empty((len(chosen), 2, len(LAW)))
     values[:] = LAW
@@ -72,7 +71,7 @@ def points_of(actions: Array) -> Array:
         points[at(name)] = chosen[:, part, np.newaxis]
     points[at("ahead_command")] = COMMAND * points[at("ahead_closing")]
     points[at("lead")] = LEADERS.lead * (actions[:, :, 4] == NEUTRAL + 1)
-    points[at("wanted_m")] = chosen[:, 5, np.newaxis]
-    points[at("headway_s"), :, 0] = chosen[:, 6]
+    points[at("wanted_m")] = LEADERS.wanted_m
+    points[at("headway_s"), :, 0] = LEADERS.headway_s
     table: Array = values.reshape(-1, len(LAW)).view(record_type(SetPoints))[:, 0]
     return table

@@ -45,9 +45,10 @@ DISBANDING = Problem(
     system=(*OF_VEHICLES, *ROAD),
     training={
         "attacker": Training(
-            adapter="timed",
+            adapter="from_front",
             frame_skip=60,
             opponent=mixed(TRAINING["defender"]),
+            practised={"quiet_share": 0.0},  # nothing can be done in a quiet episode
             num_envs=64,
             total_timesteps=40_000,
             ppo={
@@ -62,7 +63,9 @@ DISBANDING = Problem(
         "defender": Training(
             adapter="parts_road",
             frame_skip=100,
-            num_envs=128,
+            opponent=mixed(TRAINING["attacker"]),
+            practised={"quiet_share": 0.1},  # where little happens, little is learned
+            num_envs=32,
             total_timesteps=20_000,
             ppo={
                 "n_steps": 18,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from gymnasium import spaces
 
@@ -28,6 +30,7 @@ class Timed(Adapter):
     always takes its most probable action would never attack.
     """
 
+    delays_s: ClassVar[IntArray] = DELAYS_S
     masked = True
     pauses = True
     waits = True
@@ -35,7 +38,7 @@ class Timed(Adapter):
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         self.agents = (spec.role,)
-        self._longest_s = float(DELAYS_S[-1])
+        self._longest_s = float(self.delays_s[-1])
         self.fields = Fields(
             *spec.fields,
             Field("plans", "-", 0, 1, (), "something is chosen and not done yet"),
@@ -43,7 +46,7 @@ class Timed(Adapter):
         )
         self._own = Fields(*list(self.fields)[-2:])
         self._platoons = int(spec.config.max_platoons)
-        self._choices = [len(DELAYS_S), self._platoons + 1, *([AFTER + 1] if spec.config.can_jam else [])]
+        self._choices = [len(self.delays_s), self._platoons + 1, *([AFTER + 1] if spec.config.can_jam else [])]
         self.action_space = spaces.MultiDiscrete(self._choices)
         self.neutral_action = np.zeros(len(self._choices), np.int64)
 
@@ -62,7 +65,7 @@ class Timed(Adapter):
         free = state[0] == IDLE
         legal = np.ones((len(seen), sum(self._choices)), np.bool_)
         ends = np.cumsum(self._choices)
-        legal[:, ends[0] : ends[1]] = self._possible(seen)
+        legal[:, ends[0] : ends[1]] = self._choosable(seen)
         if "jam_left_s" in seen:
             legal[:, ends[1] :] = (seen["jam_left_s"] > 0)[:, np.newaxis]
         legal &= free[:, np.newaxis]
@@ -84,8 +87,8 @@ class Timed(Adapter):
         left, target, jam = state
         free = left == IDLE
         chosen: IntArray = actions[:, 0].astype(np.int64)
-        left = np.where(free, DELAYS_S[chosen[:, 0]], left)
-        target = np.where(free, chosen[:, 1], target)
+        left = np.where(free, self.delays_s[chosen[:, 0]], left)
+        target = np.where(free, self._platoon(seen, chosen[:, 1]), target)
         jam = np.where(free & (target > 0), chosen[:, 2], jam) if chosen.shape[1] > 2 else jam
         rows, due = np.arange(len(seen)), left <= 0
         link = np.where(target > 1, self._platoons + target - 1, 0)  # of the platoon behind the target
@@ -98,9 +101,22 @@ class Timed(Adapter):
         action = np.where(jams, link, np.where(hits, target, 0))
         waits = hits & (jam == AFTER)  # with the jam
         over = due & ((target == 0) | (hits & ~waits) | struck)
-        left = np.where(over, IDLE, np.maximum(left - 1, 0))
+        runs = self._runs(legal, target)
+        left = np.where(over, IDLE, np.maximum(left - runs, 0))
         jam = np.where(over | jams, NO_JAM, jam)
         return action, (left, target, jam)
+
+    def _choosable(self, seen: Seen) -> BoolArray:
+        """Which choices (B, N + 1) of whom have an effect now or later."""
+        return self._possible(seen)
+
+    def _platoon(self, seen: Seen, chosen: IntArray) -> IntArray:
+        """The paper's platoon (B,) that a choice (B,) means; 0 for none."""
+        return chosen
+
+    def _runs(self, legal: BoolArray, target: IntArray) -> BoolArray:
+        """Where the delay of a plan passes now, (B,), given what is legal (B, k) and whom the plan disbands."""
+        return np.ones(len(target), np.bool_)
 
     def _legal(self, seen: Seen) -> BoolArray:
         """What is legal now, (B, k); what is possible, where the masks are not seen."""
@@ -115,3 +131,28 @@ class Timed(Adapter):
         present = seen["present"] > HALF if "present" in seen else np.ones((len(seen), platoons), np.bool_)
         attack = present & (seen["disbanded"] < HALF) & (seen["budget_left"] > HALF)[:, np.newaxis]
         return np.concatenate([np.ones((len(seen), 1), np.bool_), attack], axis=1)
+
+
+class FromFront(Timed):
+    """`Timed` for learners that take no masks: whom they choose, it can always be disbanded.
+
+    What: 0 to look again by then, or k for the k-th platoon, counted from the front of the road, of those that are
+    still intact; beyond the last of them it is that one. When: so long after it is legal, which a delay of `timed`
+    may be over before.
+    """
+
+    delays_s = np.array([0, 20, 40, 60])  # chosen: a wave needs 20 s to the rear
+
+    def _choosable(self, seen: Seen) -> BoolArray:
+        left = self._possible(seen)[:, 1:].sum(axis=1, keepdims=True)
+        return np.arange(self._platoons + 1) <= left
+
+    def _platoon(self, seen: Seen, chosen: IntArray) -> IntArray:
+        intact = self._possible(seen)[:, :0:-1]  # (B, N), from the front
+        place = np.cumsum(intact, axis=1)
+        wanted = np.minimum(chosen, place[:, -1])
+        found = np.argmax(intact & (place == wanted[:, np.newaxis]), axis=1)
+        return np.where(wanted > 0, self._platoons - found, 0)
+
+    def _runs(self, legal: BoolArray, target: IntArray) -> BoolArray:
+        return (target == 0) | legal[:, 1 : self._platoons + 1].any(axis=1)

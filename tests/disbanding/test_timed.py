@@ -11,7 +11,7 @@ from cps_envs.core.declare.actions import choices_of
 from cps_envs.core.policies.adapter import adapter_of
 from cps_envs.core.types import State
 from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.timed import AFTER, BEFORE, DELAYS_S, IDLE, NO_JAM, Timed
+from cps_envs.disbanding.timed import AFTER, BEFORE, DELAYS_S, IDLE, NO_JAM, FromFront, Timed
 from tests.disbanding.rounds import game_of, started_match
 from tests.episodes import seen_by
 
@@ -69,6 +69,37 @@ def test_a_plan_that_became_impossible_is_dropped() -> None:
     assert [action for action in taken if action] == [FRONT, 3]
 
 
+def test_platoons_are_counted_from_the_front_among_those_that_are_intact() -> None:
+    game = game_that_opens(1)
+    game.budget[:] = 3
+    adapter = FromFront(game.spec("attacker"))
+    choices = [(0, 1, NO_JAM), (0, 1, BEFORE), (0, 3, NO_JAM)]
+    taken = [action for action in drive(game, adapter, choices, 20) if action]
+    assert taken == [10, 9 + FRONT - 1, 9, 6], "the front one; the next one, behind a jam; the third of those left"
+    game.budget[:] = 1
+    masks = adapter.masks(seen_by(game, adapter), adapter.begin(1))
+    assert masks is not None
+    assert np.flatnonzero(masks[0, 0, 4:15]).tolist() == list(range(8)), "or none; three are gone"
+
+
+def test_a_delay_runs_from_when_it_is_legal() -> None:
+    game = game_that_opens(9)
+    taken = drive(game, FromFront(game.spec("attacker")), [(1, 1, NO_JAM), (0, 1, NO_JAM)], 40)
+    assert [(second, action) for second, action in enumerate(taken) if action] == [(29, 10), (34, 9)]
+
+
+def test_beyond_the_last_platoon_it_is_the_last_one() -> None:
+    game = game_of(2, "easy", num_platoons=(4, 6), attack_budget=2, earliest_attack_s=1)
+    started_match(game)
+    adapter = FromFront(game.spec("attacker"))
+    rear, front = (
+        adapter.act(seen_by(game, adapter), adapter.begin(2), np.tile([3, choice], (2, 1, 1)))[1][1]
+        for choice in (6, 1)
+    )
+    assert rear.tolist() == [1, 1], "however many there are"
+    assert front.tolist() == [game.num_present_platoons(b) for b in range(2)]
+
+
 def test_masks_tell_what_can_be_planned() -> None:
     game = game_that_opens(30)
     adapter = Timed(game.spec("attacker"))
@@ -94,11 +125,12 @@ def test_the_agent_sees_its_plan() -> None:
     assert (idle["plans"][0, 0], idle["due_in_s"][0, 0]) == (0, 0)
 
 
+@pytest.mark.parametrize("name", ["timed", "from_front"])
 @pytest.mark.parametrize("preset", ["paper", "easy", "learning"])
-def test_any_choices_are_legal_actions(preset: str) -> None:
+def test_any_choices_are_legal_actions(preset: str, name: str) -> None:
     game = game_of(3, preset, **({"num_platoons": (4, 6)} if preset == "easy" else {}))
     started_match(game)
-    adapter, generator = adapter_of(game.spec("attacker"), "timed"), np.random.default_rng(0)
+    adapter, generator = adapter_of(game.spec("attacker"), name), np.random.default_rng(0)
     state = adapter.begin(3)
     for _ in range(40):
         now = seen_by(game, adapter)

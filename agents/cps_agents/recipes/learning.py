@@ -11,7 +11,6 @@ from cps_envs.core.declare.panel import mixed
 from cps_envs.core.declare.training import Training
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.types import Role
-from cps_envs.disbanding import panels as disbanding
 from cps_envs.fdi import panels as fdi
 from cps_envs.hvac import panels as hvac
 
@@ -23,6 +22,7 @@ USUAL_STEPS = 3_000_000  # of a problem of one's own
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     # Four or five decisions in an episode, and what is drawn in it decides the most.
     ("disbanding", "attacker"): {
+        "adapter": "timed",
         "frame_skip": 30,
         "n_steps": 12,
         "learning_rate": 2e-3,
@@ -49,7 +49,6 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "frame_skip": 100,
         "relative": False,
         "episode_noise": True,
-        "opponent": mixed(disbanding.RECIPES["attacker"]),
         "initial_deviation": 0.15,
         "learning_rate": 3e-4,
         "final_learning_rate": 3e-5,
