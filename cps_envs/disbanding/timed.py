@@ -145,7 +145,8 @@ class FromFront(Timed):
 
     def _choosable(self, seen: Seen) -> BoolArray:
         left = self._possible(seen)[:, 1:].sum(axis=1, keepdims=True)
-        return np.arange(self._platoons + 1) <= left
+        choosable: BoolArray = np.arange(self._platoons + 1) <= left
+        return choosable
 
     def _platoon(self, seen: Seen, chosen: IntArray) -> IntArray:
         intact = self._possible(seen)[:, :0:-1]  # (B, N), from the front
@@ -155,4 +156,5 @@ class FromFront(Timed):
         return np.where(wanted > 0, self._platoons - found, 0)
 
     def _runs(self, legal: BoolArray, target: IntArray) -> BoolArray:
-        return (target == 0) | legal[:, 1 : self._platoons + 1].any(axis=1)
+        runs: BoolArray = (target == 0) | legal[:, 1 : self._platoons + 1].any(axis=1)
+        return runs
