@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, nearest, pack, unpack, view
 from cps_envs.core.compute.streams import between, draw_word, uniform, whole
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, IntArray
@@ -80,10 +80,10 @@ def draw_circumstances(
             budget[b] = 0 if quiet else budget[b]
             episode.opening_s[0] = whole(stream, c.earliest_opening_s, c.latest_opening_s + 1)
             jam_s = whole(stream, c.least_jam_s, c.most_jam_s + 1)
-            episode.jam_steps[0] = 0 if quiet else int(np.rint(jam_s / c.dt_s))
+            episode.jam_steps[0] = 0 if quiet else nearest(jam_s / c.dt_s)
             if c.relayed:
                 hop_s = unless_exact(stream, c.least_hop_s, c.most_hop_s)
-                own.hop_steps = max(1, int(np.rint(hop_s / c.dt_s)))
+                own.hop_steps = max(1, nearest(hop_s / c.dt_s))
                 own.hop_loss = unless_exact(stream, c.least_loss, c.most_loss)
             if c.member_delay_s > 0.0:
                 alert_members(episode, own, c, stream)

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, unpack, view
+from cps_envs.core.compute.kernels import borrowed, clip, inlined, kernel, room, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import (
     avoidance_margin,
@@ -255,7 +253,7 @@ def advance(state: State, constants: Array, correction: FloatArray, envs: BoolAr
 
     `constants` (B,) records of `Constants`; `correction` (B, M) m/s2.
     """
-    closing = np.empty(correction.shape[1])
+    closing = room(correction.shape[1])
     for b in range(envs.size):
         if envs[b]:
             episode, c = view(state, b), unpack(Constants, constants, b)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, borrowed, clip, fill, inlined, kernel, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, clip, fill, inlined, kernel, room, unpack, view
 from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.disbanding.attack import opens_s
@@ -26,7 +26,7 @@ def observe_attacker(
     encoded: Observation,
 ) -> None:
     """Fill `encoded` (B, size) with `attacker_fields`, given their offsets and scale; `metrics`, `budget`: (B,)."""
-    at, row = borrowed(offsets)[0], np.empty(encoded.shape[1])
+    at, row = borrowed(offsets)[0], room(encoded.shape[1])
     for b in range(encoded.shape[0]):
         c, episode = unpack(Constants, constants, b), view(state, b)
         platoons, time_s = c.num_vehicles // c.vehicles_per_platoon, episode.step[0] * c.dt_s
@@ -99,9 +99,9 @@ def observe_defender(
     state: State, constants: Array, metrics: Array, offsets: Array, scale: FloatArray, encoded: Observation
 ) -> None:
     """Fill `encoded` (B, size) with `defender_fields`, whose offsets and scale are given; `metrics` (B,)."""
-    at, row = borrowed(offsets)[0], np.empty(encoded.shape[1])
+    at, row = borrowed(offsets)[0], room(encoded.shape[1])
     vehicles = state.speed.shape[1]
-    gap, closing, law = np.empty(vehicles), np.empty(vehicles), np.empty(vehicles)
+    gap, closing, law = room(vehicles), room(vehicles), room(vehicles)
     for b in range(encoded.shape[0]):
         c, episode = unpack(Constants, constants, b), view(state, b)
         command_by_law(episode, c, gap, closing, law)
@@ -161,9 +161,9 @@ def fill_vehicles(
 @kernel
 def observe_vehicles(state: State, constants: Array, offsets: Array, scale: FloatArray, encoded: Observation) -> None:
     """Fill `encoded` (B, M, size) with `vehicle_fields`, whose offsets and scale are given; absent vehicles: zeros."""
-    at, row = borrowed(offsets)[0], np.empty(encoded.shape[2])
+    at, row = borrowed(offsets)[0], room(encoded.shape[2])
     vehicles = encoded.shape[1]
-    gap, closing, law = np.empty(vehicles), np.empty(vehicles), np.empty(vehicles)
+    gap, closing, law = room(vehicles), room(vehicles), room(vehicles)
     for b in range(encoded.shape[0]):
         c, episode = unpack(Constants, constants, b), view(state, b)
         command_by_law(episode, c, gap, closing, law)

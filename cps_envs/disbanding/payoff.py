@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, records, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, least, records, unpack, view
 from cps_envs.core.declare.measures import Measure
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.state import Constants, State
@@ -112,7 +112,7 @@ def measure(episode: State, c: Constants, horizon_steps: int, metrics: Record) -
 @inlined
 def measure_ride(episode: State, metrics: Record) -> None:
     """Fill what `ride` has noted; 0 where it has not."""
-    noted, driven_km, first_s = max(episode.noted[0], 1), episode.driven_km[0], episode.disbanding_s.min()
+    noted, driven_km, first_s = max(episode.noted[0], 1), episode.driven_km[0], least(episode.disbanding_s)
     metrics.acceleration_mps2 = math.sqrt(episode.acceleration_squares[0] / noted)
     metrics.jerk_mps3 = math.sqrt(episode.jerk_squares[0] / noted)
     metrics.energy_kj_per_km = episode.work_kj[0] / driven_km if driven_km > 0.0 else 0.0

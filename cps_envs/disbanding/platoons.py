@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, lend
+from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, lend, room
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.declare.fields import Field, Fields, encode_row
 from cps_envs.core.policies.policy import RoleSpec
@@ -128,7 +128,8 @@ def fill_rows(
 ) -> None:
     """Fill `encoded` (B, N, size of the row), of the fields at `offsets` with `scale`."""
     to, seen, most = borrowed(offsets)[0], lend(layout), encoded.shape[1]
-    at, values, speeds = seen.offsets[0], np.zeros(encoded.shape[2]), np.empty((2, most))
+    at, values, speeds = seen.offsets[0], room(encoded.shape[2]), room((2, most))
+    fill(values, 0.0)
     drawn = at.time_s > at.present
     for b in range(encoded.shape[0]):
         row = borrowed(observation)[b]

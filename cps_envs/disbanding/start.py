@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, borrowed, clip, fill, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, clip, fill, inlined, kernel, pack, room, unpack, view
 from cps_envs.core.compute.streams import between, uniform, whole
 from cps_envs.core.declare.bodies import names_each, spans
 from cps_envs.core.declare.config import bounds
@@ -160,7 +160,7 @@ def start_drawn(
     What the configuration leaves exact is drawn too, so that the order of the draws is always the same: platoons, lag,
     desired gap, budget (B,), vehicles.
     """
-    chance, rows = unpack(Chances, chances, 0), np.empty((4, state.position.shape[1]))
+    chance, rows = unpack(Chances, chances, 0), room((4, state.position.shape[1]))
     for b in range(envs.size):
         if envs[b]:
             stream, own = borrowed(streams)[b], constants[b]

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, room, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.disbanding.attack import disband, mark_legal
 from cps_envs.disbanding.dynamics import advance_episode
@@ -37,7 +35,7 @@ def step(
     num_steps: int,
 ) -> None:
     """Disband `targets` (B,) where legal, advance marked environments under `correction` (B, M) in m/s2, and settle."""
-    r, closing = unpack(Rules, rules, 0), np.empty(state.position.shape[1])
+    r, closing = unpack(Rules, rules, 0), room(state.position.shape[1])
     for b in range(envs.size):
         if envs[b]:
             episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)

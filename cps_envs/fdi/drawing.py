@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, nearest, pack, unpack, view
 from cps_envs.core.compute.streams import between, fill_normal, fill_uniform, uniform, whole
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray
@@ -95,7 +93,7 @@ def draw_episode(episode: State, row: Record, stream: Array, chance: Chances) ->
         fill_normal(stream, episode.noise.reshape(-1))
         attacked = uniform(stream) < chance.attack_share
         onset_s = between(stream, chance.first_onset_s, chance.last_onset_s)
-        episode.onset[0] = int(np.rint(onset_s / chance.dt_s)) if attacked else chance.horizon
+        episode.onset[0] = nearest(onset_s / chance.dt_s) if attacked else chance.horizon
     if chance.own_constants:
         row.proportional_gain = chance.proportional_gain * (1.0 + chance.gain_spread * between(stream, -1.0, 1.0))
         row.derivative_gain = chance.derivative_gain * (1.0 + chance.gain_spread * between(stream, -1.0, 1.0))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from cps_envs.core.compute.kernels import borrowed, copy, inlined, kernel, view
+from cps_envs.core.compute.kernels import borrowed, copy, inlined, kernel, room, view
 from cps_envs.core.declare.fields import Field, Fields, encode_row
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.fdi.config import FdiConfig
@@ -54,7 +52,7 @@ def filtered_fields(config: FdiConfig) -> Fields:
 @kernel
 def observe_filtered(batch: Batch, observations: Observation) -> None:
     """Fill (B, size) with `filtered_fields`."""
-    values, offsets, scale = np.empty(observations.shape[1]), batch.defender.offsets, batch.defender.scale
+    values, offsets, scale = room(observations.shape[1]), batch.defender.offsets, batch.defender.scale
     for b in range(observations.shape[0]):
         fill_filtered(view(batch.state, b), constants_for(batch, b), borrowed(offsets), borrowed(values))
         encode_row(borrowed(values), borrowed(scale), borrowed(observations)[b])

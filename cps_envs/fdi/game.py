@@ -14,8 +14,10 @@ from cps_envs.core.compute.kernels import records, view
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.game.game import Adapters, Game
+from cps_envs.core.policies.inside import InsidePhysics
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.fdi import inside
 from cps_envs.fdi.adapters.motion import Motion
 from cps_envs.fdi.adapters.sensor import Sensor
 from cps_envs.fdi.config import FdiConfig
@@ -193,6 +195,13 @@ class FdiGame(Game):
         if role == "attacker":
             return hidden_from_attacker(self.config, self.state)
         return hidden_from_defender(self.config, self.state, self._flags[self.state.task])
+
+    def inside(self) -> InsidePhysics:
+        """See the base class."""
+        held = inside.Held(self._batch, self._openings, self._episodes, self._chances)
+        defender = inside.show_filtered if self._filters else inside.show_defender
+        reset = inside.reset if self._draws else inside.reset_exact
+        return InsidePhysics(held, reset, inside.advance, {"attacker": inside.show_attacker, "defender": defender})
 
     def columns(self, role: Role) -> tuple[ActionColumn, ...]:
         """Injections in m and m/s, or which readings are trusted and corrections in m/s2."""

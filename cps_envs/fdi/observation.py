@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from cps_envs.core.compute.kernels import borrowed, copy, inlined, kernel, view
+from cps_envs.core.compute.kernels import borrowed, copy, inlined, kernel, room, view
 from cps_envs.core.declare.fields import Field, Fields, encode_row
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
@@ -72,7 +70,7 @@ def defender_fields(config: FdiConfig) -> Fields:
 @kernel
 def observe_attacker(batch: Batch, observations: Observation) -> None:
     """Fill (B, size) with `attacker_fields`."""
-    values, offsets, scale = np.empty(observations.shape[1]), batch.attacker.offsets, batch.attacker.scale
+    values, offsets, scale = room(observations.shape[1]), batch.attacker.offsets, batch.attacker.scale
     for b in range(observations.shape[0]):
         episode, c = view(batch.state, b), constants_for(batch, b)
         fill_attacker(episode, c, batch.tasks[episode.task[0]], borrowed(offsets), borrowed(values))
@@ -109,7 +107,7 @@ def fill_attacker(episode: State, c: Constants, task: IntArray, offsets: Array, 
 @kernel
 def observe_defender(batch: Batch, observations: Observation) -> None:
     """Fill (B, size) with `defender_fields`."""
-    values, offsets, scale = np.empty(observations.shape[1]), batch.defender.offsets, batch.defender.scale
+    values, offsets, scale = room(observations.shape[1]), batch.defender.offsets, batch.defender.scale
     for b in range(observations.shape[0]):
         fill_defender(view(batch.state, b), constants_for(batch, b), borrowed(offsets), borrowed(values))
         encode_row(borrowed(values), borrowed(scale), borrowed(observations)[b])

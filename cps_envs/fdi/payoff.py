@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from cps_envs.core.compute.kernels import inlined
+from cps_envs.core.compute.kernels import inlined, least
 from cps_envs.core.declare.measures import Measure
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.fdi.legality import SLACK
@@ -121,7 +121,7 @@ def open_metrics(episode: State, c: Constants, target: int, table: Array) -> Non
     row = table[0]
     row.error_size_m = size_of(episode.error, c, target)
     row.attacked = 1.0 if episode.onset[0] < c.horizon else 0.0
-    row.smallest_gap_m = c.desired_gap_m + episode.error[: episode.command.size].min()
+    row.smallest_gap_m = c.desired_gap_m + least(episode.error[: episode.command.size])
 
 
 @inlined

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import inlined, pack, records, unpack
+from cps_envs.core.compute.kernels import fill, inlined, maker, pack, records, room, unpack
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -202,12 +202,14 @@ class Scratch(NamedTuple):
     interval: IntArray  # (S, 2) legal levels while they are chosen
 
 
-@inlined
+@maker
 def new_scratch(n: int, readings: int, slots: int) -> Scratch:
     """Of a platoon whose defender trusts every sensor and corrects nothing. Each array takes time, so there are few."""
-    reals, whole = np.zeros(readings + 5 * n + slots), np.zeros(readings + 2 * slots, np.int64)
+    reals, whole = room(readings + 5 * n + slots), room(readings + 2 * slots, np.int64)
     trust, rest = reals[:readings], reals[readings:]
-    trust[:] = 1.0
+    fill(trust, 1.0)
+    fill(rest, 0.0)
+    fill(whole, 0)
     return Scratch(
         trust,
         rest[:n],
@@ -217,7 +219,7 @@ def new_scratch(n: int, readings: int, slots: int) -> Scratch:
         whole[:slots],
         whole[slots : slots + readings],
         whole[slots + readings :],
-        np.empty((slots, 2), np.int64),
+        room((slots, 2), np.int64),
     )
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel
+from cps_envs.core.compute.kernels import Record, borrowed, inlined, kernel, room
 from cps_envs.core.declare.config import of_bodies
 from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.declare.series import Series
@@ -71,7 +71,7 @@ def fill_rows(
 ) -> None:
     """Fill `rows` (B, S, size) from what the defender observes (B, n); scales and offsets are those of the fields."""
     at, to = offsets[0], row_offsets[0]
-    seen, row = np.empty(observation.shape[1]), np.empty(rows.shape[2])
+    seen, row = room(observation.shape[1]), room(rows.shape[2])
     for b in range(len(observation)):
         for entry in range(seen.size):
             seen[entry] = observation[b, entry] * scale[1, entry] + scale[0, entry]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from math import exp
 from typing import NamedTuple
 
-import numpy as np
-
 from cps_envs.core.compute.kernels import inlined
-from cps_envs.core.compute.streams import between, fill_normal, normal, uniform
+from cps_envs.core.compute.streams import between, fill_normal, next_normal, normal, uniform
 from cps_envs.core.declare.config import Range, bounds
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
@@ -41,13 +40,15 @@ def disturbances(config: HvacConfig) -> tuple[Range, Range, Range]:
 
 
 @inlined
-def draw_disturbance(stream: Array, drift: Drift, heat_w: FloatArray, outdoor_c: FloatArray, size: FloatArray) -> None:
+def draw_disturbance(
+    stream: Array, drift: Drift, heat_w: FloatArray, outdoor_c: FloatArray, size: FloatArray, level: FloatArray
+) -> None:
     """Fill the heat (K, n), W, and what the outside is warmer than forecast (K,), C; both may have no rows.
 
-    `size` (n,) is overwritten. What the configuration leaves out draws nothing.
+    `size` and `level` (n,) are scratch. What the configuration leaves out draws nothing.
     """
     if heat_w.shape[0] > 0:
-        draw_heat(stream, drift, heat_w, size)
+        draw_heat(stream, drift, heat_w, size, level)
     if outdoor_c.size > 0:
         bias = between(stream, drift.least_bias_c, drift.most_bias_c) * normal(stream)
         most = between(stream, drift.least_drift_c, drift.most_drift_c)
@@ -58,18 +59,16 @@ def draw_disturbance(stream: Array, drift: Drift, heat_w: FloatArray, outdoor_c:
 
 
 @inlined
-def draw_heat(stream: Array, drift: Drift, course: FloatArray, size: FloatArray) -> None:
+def draw_heat(stream: Array, drift: Drift, course: FloatArray, size: FloatArray, level: FloatArray) -> None:
     """Fill the unmeasured heat (K, n), W: in each zone half of its variance is slow, the other half comes in steps."""
     for i in range(size.size):
-        size[i] = between(stream, drift.least_heat_w, drift.most_heat_w) / np.sqrt(2.0)
-    levels = np.empty(course.shape)
+        size[i] = between(stream, drift.least_heat_w, drift.most_heat_w) / math.sqrt(2.0)
     fill_normal(stream, course.reshape(-1))
     slow_course(course, drift.kept_heat)
-    fill_normal(stream, levels.reshape(-1))
-    step_course(stream, drift.held, levels)
+    add_steps(stream, drift.held, course, level)
     for k in range(course.shape[0]):
         for i in range(course.shape[1]):
-            course[k, i] = (course[k, i] + levels[k, i]) * size[i]
+            course[k, i] *= size[i]
 
 
 @inlined
@@ -78,17 +77,26 @@ def slow_course(course: FloatArray, kept: float) -> None:
 
     They keep a share `kept` of their value at each step.
     """
-    fresh = np.sqrt(1.0 - kept * kept)
+    fresh = math.sqrt(1.0 - kept * kept)
     for k in range(1, course.shape[0]):
         for i in range(course.shape[1]):
             course[k, i] = kept * course[k - 1, i] + fresh * course[k, i]
 
 
 @inlined
-def step_course(stream: Array, held: float, levels: FloatArray) -> None:
-    """Let levels (K, n), normal numbers at first, stay for another step with the probability `held`."""
-    for k in range(levels.shape[0]):
-        for i in range(levels.shape[1]):
+def add_steps(stream: Array, held: float, course: FloatArray, level: FloatArray) -> None:
+    """Add steps of variance 1 to a course (K, n): normal numbers that stay for another step with probability `held`.
+
+    All levels are drawn before what says how long they last: a first pass finds where that begins. `level` (n,) is
+    scratch.
+    """
+    high, low, up, down = stream[0], stream[1], stream[2], stream[3]
+    for _ in range(course.size):
+        stream[0], stream[1], _ = next_normal(stream[0], stream[1], up, down)
+    for k in range(course.shape[0]):
+        for i in range(course.shape[1]):
+            high, low, fresh = next_normal(high, low, up, down)
             stays = uniform(stream) < held
-            if stays and k > 0:
-                levels[k, i] = levels[k - 1, i]
+            if k == 0 or not stays:
+                level[i] = fresh
+            course[k, i] += level[i]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from cps_envs.core.compute.kernels import clip, copy, inlined
+from cps_envs.core.compute.kernels import clip, copy, inlined, nearest
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.planning import Desk, plan
@@ -30,7 +28,7 @@ def heat(model: Model, rules: Rules, episode: State, change: FloatArray, desk: D
     else:
         add_gains(model, rules, episode, change)
     for i in range(len(change)):
-        level = np.rint(episode.integrator[i] / model.level_w[i])
+        level = nearest(episode.integrator[i] / model.level_w[i])
         episode.heating[i] = clip(model.level_w[i] * level, model.least_w[i], model.most_w[i])
     if rules.on_levels:
         copy(episode.heating, episode.integrator)

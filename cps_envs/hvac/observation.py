@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -175,8 +176,8 @@ def show_loop(rules: Rules, episode: State, at: Record, row: FloatArray) -> None
     put(episode.reading, row, at.reading)
     if is_ready(rules, episode):
         for a in range(len(episode.residual)):
-            row[at.residual + a] = np.log1p(episode.residual[a] / rules.threshold_c2)
-            row[at.mean_residual + a] = np.log1p(episode.mean_residual[a] / rules.threshold_c2)
+            row[at.residual + a] = math.log1p(episode.residual[a] / rules.threshold_c2)
+            row[at.mean_residual + a] = math.log1p(episode.mean_residual[a] / rules.threshold_c2)
     put(episode.innovation.reshape(-1), row, at.innovation)
     put(episode.innovation_mean.reshape(-1), row, at.innovation_mean)
 
@@ -196,8 +197,8 @@ def show_clock(rules: Rules, episode: State, at: Record, row: FloatArray) -> Non
     time_s = episode.step[0] * rules.step_s
     angle = 2.0 * np.pi * time_s / DAY_S
     row[at.elapsed_h] = time_s / 3600.0
-    row[at.time_of_day] = np.sin(angle)
-    row[at.time_of_day + 1] = np.cos(angle)
+    row[at.time_of_day] = math.sin(angle)
+    row[at.time_of_day + 1] = math.cos(angle)
 
 
 @inlined

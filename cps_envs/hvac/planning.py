@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import clip, copy, fill, inlined
+from cps_envs.core.compute.kernels import clip, copy, fill, inlined, maker, room
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.state import State
@@ -50,26 +50,26 @@ class Desk(NamedTuple):
     vector: FloatArray  # (2, n)
 
 
-@inlined
+@maker
 def make_desk(steps: int, n: int) -> Desk:
     """Room for a call of a kernel, its contents of no meaning; N steps, or 0 where the controller does not plan."""
     size = n if steps > 0 else 0
     return Desk(
-        path=np.empty((steps, n)),
-        slope=np.empty((steps, n)),
-        held=np.empty((steps, n), np.bool_),
-        step=np.empty((steps, n)),
-        trial=np.empty((steps, n)),
-        inverse=np.empty((steps, n, n)),
-        gain=np.empty((steps, n, n)),
-        linear=np.empty((steps, n)),
-        rest=np.empty(size),
-        curvature=np.empty((size, size)),
-        by_both=np.empty((size, size)),
-        value=np.empty((3, size, size)),
-        slopes=np.empty((2, size)),
-        room=np.empty((2, size, size)),
-        vector=np.empty((2, size)),
+        path=room((steps, n)),
+        slope=room((steps, n)),
+        held=room((steps, n), np.bool_),
+        step=room((steps, n)),
+        trial=room((steps, n)),
+        inverse=room((steps, n, n)),
+        gain=room((steps, n, n)),
+        linear=room((steps, n)),
+        rest=room(size),
+        curvature=room((size, size)),
+        by_both=room((size, size)),
+        value=room((3, size, size)),
+        slopes=room((2, size)),
+        room=room((2, size, size)),
+        vector=room((2, size)),
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import borrowed, fill, inlined, pack
+from cps_envs.core.compute.kernels import borrowed, fill, inlined, pack, room
 from cps_envs.core.compute.streams import fill_normal, fill_uniform, shuffle, uniform, whole
 from cps_envs.core.declare.config import bounds
 from cps_envs.core.types import Array, FloatArray, IntArray
@@ -68,14 +68,14 @@ def draw(
     fill_normal(stream, episode.series.reshape(-1))
     episode.onset[0] = whole(stream, chance.first_onset, chance.last_onset + 1)
     size = draw_size(stream, chance, draws.ends)
-    places = np.empty(draws.order.size, np.int64)
+    places = room(draws.order.size, np.int64)
     shuffle(stream, borrowed(places))
     fill(episode.compromised, False)
     for i in range(size):
         episode.compromised[draws.order[places[i] if chance.random_order else i]] = True
     fill_uniform(stream, episode.plant.reshape(-1))
     fill_uniform(stream, episode.heat)
-    draw_disturbance(stream, drift, episode.heat_drift, episode.outdoor_error, scratch.vector)
+    draw_disturbance(stream, drift, episode.heat_drift, episode.outdoor_error, scratch.vector, scratch.change)
     episode.first[0] = draws.first[half, whole(stream, 0, draws.counts[half])]
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import inlined, records
+from cps_envs.core.compute.kernels import inlined, maker, records, room
 from cps_envs.core.declare.measures import Measure
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.hvac.model import CHUNK, Model, Rules
@@ -161,8 +161,8 @@ def on_the_spot(rules: Rules, episode: State) -> bool:
     return bool(rules.thermostats and episode.choice[0] == len(episode.estimate) - 1)
 
 
-@inlined
+@maker
 def make_scratch(model: Model) -> Scratch:
     """Room for a call of a kernel, its contents of no meaning."""
     n = model.A.shape[1]
-    return Scratch(np.empty(model.decay.shape[1]), np.empty(n), np.empty(n), np.empty((n, n)))
+    return Scratch(room(model.decay.shape[1]), room(n), room(n), room((n, n)))

@@ -10,7 +10,7 @@ from gymnasium import spaces
 
 from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
-from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, unpack
+from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, room, unpack
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.declare.places import halves_of
@@ -199,7 +199,9 @@ def step(
     """
     attack, orders, accelerations = moves
     r, most = unpack(Rules, rules, 0), state.position.shape[1]
-    block, plants, places = make_block(most), make_plants(state.length_m.shape[1]), np.empty(envs.size, np.int64)
+    lanes = WIDTH if envs.size >= WORTH else 1
+    block, plants = make_block(most, lanes), make_plants(state.length_m.shape[1], lanes)
+    places = room(envs.size, np.int64)
     for n in range(2, most + 1):
         total = 0
         for b in range(envs.size):

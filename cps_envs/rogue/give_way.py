@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.compute.kernels import clip, kernel, pack, unpack
+from cps_envs.core.compute.kernels import clip, kernel, pack, room, unpack
 from cps_envs.core.declare.fields import Field, Fields
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
@@ -213,7 +213,7 @@ def _watch(
     lately: FloatArray,
 ) -> None:
     """Bring both sums (B, n) up to date; accelerations (B, n) were commanded, NaN where a vehicle drives by a law."""
-    at, r, values = offsets[0], unpack(Rules, rules, 0), np.empty(observation.shape[1])
+    at, r, values = offsets[0], unpack(Rules, rules, 0), room(observation.shape[1])
     for b in range(sums.shape[0]):
         for entry in range(values.size):
             values[entry] = read(observation, scale, b, entry)

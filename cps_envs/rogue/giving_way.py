@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, clip, inlined, kernel, unpack
+from cps_envs.core.compute.kernels import Record, clip, inlined, kernel, room, unpack
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.seen import Seen
@@ -108,7 +108,7 @@ def _give_way_all(
 
     `bumpers_m` are the wanted gaps of the pairs (n - 1,), or (1,) where all are alike.
     """
-    at, values = offsets[0], np.empty(observation.shape[1])
+    at, values = offsets[0], room(observation.shape[1])
     for b in range(seats.size):
         w, seat = unpack(Ways, ways, b % ways.size), seats[b]
         for entry in range(values.size):

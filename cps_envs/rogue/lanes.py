@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import borrowed, inlined, unpack
+from cps_envs.core.compute.kernels import borrowed, fill, inlined, maker, room, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.state import Drawn, State, platoon
 
@@ -62,53 +62,57 @@ class Plants(NamedTuple):
     onset_step: IntArray
 
 
-@inlined
-def make_block(n: int) -> Block:
-    """Lanes for platoons of up to n vehicles."""
-    vehicles, sides = (n, WIDTH), (n + 1, WIDTH)
+@maker
+def make_block(n: int, width: int) -> Block:
+    """So many lanes for platoons of up to n vehicles."""
+    vehicles, sides = (n, width), (n + 1, width)
+    error, rate, closing = room(sides), room(sides), room(sides)
+    for values in (error, rate, closing):
+        fill(values.reshape(-1), 0.0)
     return Block(
-        position=np.empty(vehicles),
-        speed=np.empty(vehicles),
-        acceleration=np.empty(vehicles),
-        effort=np.empty(vehicles),
-        front_detector=np.empty(vehicles),
-        rear_detector=np.empty(vehicles),
-        armed=np.empty(vehicles, np.bool_),
-        step=np.empty(WIDTH, np.int64),
-        held_effort=np.empty(vehicles),
-        rogue=np.empty(vehicles, np.bool_),
-        error=np.zeros(sides),
-        rate=np.zeros(sides),
-        closing=np.zeros(sides),
-        least=np.empty(vehicles),
-        most=np.empty(vehicles),
-        limit=np.empty(vehicles),
-        controller=np.empty(vehicles, np.int64),
-        wanted=np.empty(vehicles),
-        command=np.empty(vehicles),
-        ordered=np.empty(vehicles, np.int64),
-        modified=np.empty(vehicles, np.int64),
-        marked=np.empty(WIDTH, np.bool_),
-        particular=np.empty(WIDTH, np.bool_),
-        seized=np.empty(WIDTH, np.bool_),
+        position=room(vehicles),
+        speed=room(vehicles),
+        acceleration=room(vehicles),
+        effort=room(vehicles),
+        front_detector=room(vehicles),
+        rear_detector=room(vehicles),
+        armed=room(vehicles, np.bool_),
+        step=room(width, np.int64),
+        held_effort=room(vehicles),
+        rogue=room(vehicles, np.bool_),
+        error=error,
+        rate=rate,
+        closing=closing,
+        least=room(vehicles),
+        most=room(vehicles),
+        limit=room(vehicles),
+        controller=room(vehicles, np.int64),
+        wanted=room(vehicles),
+        command=room(vehicles),
+        ordered=room(vehicles, np.int64),
+        modified=room(vehicles, np.int64),
+        marked=room(width, np.bool_),
+        particular=room(width, np.bool_),
+        seized=room(width, np.bool_),
     )
 
 
-@inlined
-def make_plants(m: int) -> Plants:
-    """Plants of `WIDTH` lanes with m vehicles that differ."""
-    bodies = (m, WIDTH)
+@maker
+def make_plants(m: int, width: int) -> Plants:
+    """Plants of so many lanes with m vehicles that differ."""
+    bodies, reference_mps2 = (m, width), room(width)
+    fill(reference_mps2, 0.0)
     return Plants(
-        drive_mps2=np.empty(bodies),
-        attacker_drive_mps2=np.empty(bodies),
-        drag_per_s=np.empty(bodies),
-        length_m=np.empty(bodies),
-        proportional_gain=np.empty(bodies),
-        derivative_gain=np.empty(bodies),
-        reference_start_m=np.empty(WIDTH),
-        reference_speed_mps=np.empty(WIDTH),
-        reference_mps2=np.zeros(WIDTH),
-        onset_step=np.empty(WIDTH, np.int64),
+        drive_mps2=room(bodies),
+        attacker_drive_mps2=room(bodies),
+        drag_per_s=room(bodies),
+        length_m=room(bodies),
+        proportional_gain=room(bodies),
+        derivative_gain=room(bodies),
+        reference_start_m=room(width),
+        reference_speed_mps=room(width),
+        reference_mps2=reference_mps2,
+        onset_step=room(width, np.int64),
     )
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, unpack
+from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, room, unpack
 from cps_envs.core.declare.fields import encode_row
 from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.rogue.controllers import DRIVEN
@@ -21,7 +19,7 @@ def observe_attacker(
     state: State, drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
 ) -> None:
     """Fill `encoded` (B, size) with `attacker_fields`."""
-    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
+    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], room(scale.shape[1])
     for b in range(encoded.shape[0]):
         c = unpack(Drawn, drawn, b)
         episode = platoon(state, b, c.num_vehicles)
@@ -46,7 +44,7 @@ def observe_defender(
     state: State, drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
 ) -> None:
     """Fill `encoded` (B, size) with `defender_fields`."""
-    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
+    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], room(scale.shape[1])
     for b in range(encoded.shape[0]):
         c = unpack(Drawn, drawn, b)
         episode = platoon(state, b, c.num_vehicles)
@@ -68,7 +66,7 @@ def observe_vehicles(
     state: State, drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
 ) -> None:
     """Fill `encoded` (B, k, size) with `vehicle_fields` of the k vehicles that get orders."""
-    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
+    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], room(scale.shape[1])
     for b in range(encoded.shape[0]):
         c = unpack(Drawn, drawn, b)
         episode = platoon(state, b, c.num_vehicles)

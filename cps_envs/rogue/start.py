@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, pack, unpack, view
+from cps_envs.core.compute.kernels import Record, borrowed, fill, inlined, kernel, nearest, pack, room, unpack, view
 from cps_envs.core.compute.streams import draw_word, fill_uniform, uniform, whole
 from cps_envs.core.declare.bodies import names_each, spans
 from cps_envs.core.declare.config import bounds
@@ -98,7 +98,7 @@ def start_episodes(
     r, chance = unpack(Rules, rules, 0), unpack(Chances, chances, 0)
     low, width = unpack(Uniform, ranges, 0), unpack(Uniform, ranges, 1)
     most = state.position.shape[1]
-    spacing, speed = np.empty(most), np.empty(most)
+    spacing, speed = room(most), room(most)
     for b in range(envs.size):
         if envs[b]:
             stream, own, score = borrowed(streams)[b], drawn[b], scores[b]
@@ -111,7 +111,7 @@ def start_episodes(
             fill_uniform(stream, borrowed(spacing))
             fill_uniform(stream, borrowed(speed))
             attacked = chance.attack_share >= 1.0 or uniform(stream) < chance.attack_share
-            onset_step = int(np.rint((low.onset_s + width.onset_s * share.onset_s) / r.dt_s))
+            onset_step = nearest((low.onset_s + width.onset_s * share.onset_s) / r.dt_s)
             own.onset_step = onset_step if attacked else NEVER
             clear(view(state, b), score)
             episode = platoon(state, b, own.num_vehicles)

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.compute.generators import seeded
-from cps_envs.core.compute.kernels import kernel
+from cps_envs.core.compute.kernels import kernel, room
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HARD, LEARNING, PAPER
-from cps_envs.hvac.disturbance import slow_course, step_course
+from cps_envs.hvac.disturbance import add_steps, slow_course
 from tests.hvac.games import go, started
 from tests.hvac.reference import matrices
 
@@ -126,14 +126,15 @@ def test_hard_is_learning_with_more_drift() -> None:
 @kernel
 def make_courses(streams: Array, kept: float, held: float, slow: FloatArray, stepped: FloatArray) -> None:
     slow_course(slow, kept)
-    step_course(streams[0], held, stepped)
+    add_steps(streams[0], held, stepped, room(stepped.shape[1]))
 
 
 @settings(max_examples=25, deadline=None)
 @given(kept=st.floats(0.0, 1.0), held=st.floats(0.0, 1.0), seed=st.integers(0, 2**32))
 def test_courses_stay_what_they_are_where_nothing_changes(kept: float, held: float, seed: int) -> None:
-    normal, uniform = np.random.default_rng(seed).standard_normal((40, 3)), np.random.default_rng(seed).random((40, 3))
-    slow, stepped = normal.copy(), normal.copy()
+    generator = np.random.default_rng(seed)
+    normal, uniform = generator.standard_normal((40, 3)), generator.random((40, 3))
+    slow, stepped = normal.copy(), np.zeros((40, 3))
     make_courses(seeded([seed]).streams, kept, held, slow, stepped)
     assert (slow[0] == normal[0]).all()
     np.testing.assert_allclose(slow[1:] - kept * slow[:-1], np.sqrt(1 - kept**2) * normal[1:], atol=1e-12)

@@ -7,14 +7,18 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_baselines.fdi.platoon_filter import platoon_filter
+from cps_envs.core.compute.kernels import borrowed, fill, inlined, kernel
+from cps_envs.core.declare.fields import decode_entry
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policies.inside import InsidePolicy
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
 from cps_envs.core.policies.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, Knowledge, State
+from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Knowledge, Observation, State
 from cps_envs.fdi.config import FdiConfig
 
 
@@ -50,18 +54,6 @@ class Suspicion(AnalyticPolicy):
         return actions, (memory,)
 
 
-def innovations(seen: Seen) -> FloatArray:
-    """The filter's innovations (B, R) in standard deviations."""
-    by_kind = [seen[f"{kind}_innovation"] / seen[f"{kind}_deviation"] for kind in ("range", "rate")]
-    return np.concatenate(by_kind, axis=1)
-
-
-def of_radars(alarms: BoolArray) -> BoolArray:
-    """Alarms (B, R) of single readings as alarms of both readings of the radar that gave them."""
-    ranges, rates = np.split(alarms, 2, axis=1)
-    return np.tile(ranges | rates, 2)
-
-
 def gate_of(false_alarms: float) -> float:
     """How many standard deviations an honest reading exceeds in this part of the steps, to either side.
 
@@ -73,42 +65,93 @@ def gate_of(false_alarms: float) -> float:
     return NormalDist().inv_cdf(1 - false_alarms / 2)
 
 
-class Sums:
-    """Two-sided cumulative sums (CUSUM, Page 1954) of normalised values, whose alarms are released after a time.
+class Known(NamedTuple):
+    """What the tests of one reading after the other go by."""
 
-    The memory (B, K, 3) of K values: the sum above, the sum below, steps for which the alarm still holds.
+    offsets: Array  # (1,) where the fields of the role begin
+    scale: FloatArray  # (2, size) of their encoding
+    largest: FloatArray  # (1,) deviations, of a reading that is trusted
+    drift: FloatArray  # (1,) of the sums
+    threshold: FloatArray  # (R,) of the sums; (0,) where nothing is summed up
+    release_steps: FloatArray  # (1,) for which an alarm holds
 
-    Raises:
-        ConfigurationError: a negative drift or time, or no positive threshold.
-    """
 
-    def __init__(self, config: FdiConfig, *, drift: float, threshold: FloatArray, release_s: float) -> None:
-        if drift < 0 or threshold.min() <= 0 or release_s < 0:
-            raise ConfigurationError(
-                f"drift = {drift} and release_s = {release_s} must be 0 or more, thresholds above 0"
-            )
-        self.drift, self.release_steps = drift, round(release_s / config.dt_s)
-        self.threshold = threshold  # (K,)
+class Memory(NamedTuple):
+    """Of each reading its sum above, its sum below, and the steps for which its alarm still holds."""
 
-    def renew(self, memory: FloatArray, values: FloatArray) -> BoolArray:
-        """The alarms (B, K) that hold now, after the values (B, K)."""
-        above, below, left = memory[..., 0], memory[..., 1], memory[..., 2]
-        np.maximum(above + values - self.drift, 0.0, out=above)
-        np.maximum(below - values - self.drift, 0.0, out=below)
-        raised = (above > self.threshold) | (below > self.threshold)
-        left -= 1
-        left[raised] = self.release_steps
-        np.maximum(left, 0.0, out=left)
-        holds: BoolArray = left > 0
-        above[holds] = below[holds] = 0.0
-        return holds
+    sums: FloatArray  # (B, R, 3), or (B, 0, 3)
+
+
+@inlined
+def add_up(sums: FloatArray, value: float, drift: float, threshold: float, release_steps: float) -> bool:
+    """Add a value to the two-sided sums (3,) of `Memory` (CUSUM, Page 1954); whether an alarm holds now, which ends."""
+    above, below = max(sums[0] + value - drift, 0.0), max(sums[1] - value - drift, 0.0)
+    left = release_steps if above > threshold or below > threshold else max(sums[2] - 1.0, 0.0)
+    sums[0], sums[1], sums[2] = (0.0, 0.0, left) if left > 0 else (above, below, left)
+    return bool(left > 0)
+
+
+@kernel
+def judge(known: Known, memory: Memory, observation: Observation, trust: IntArray) -> None:
+    """Fill the trust (B, R or more) in the readings that B observations show; an alarm doubts both of a radar's."""
+    at, scale, sums = known.offsets[0], known.scale, memory.sums
+    half = at.rate_innovation - at.range_innovation
+    for b in range(trust.shape[0]):
+        for j in range(2 * half):
+            row, deviation = borrowed(observation)[b], at.range_deviation + j
+            value = decode_entry(row, scale, at.range_innovation + j) / decode_entry(row, scale, deviation)
+            trust[b, j] = 1 if abs(value) <= known.largest[0] else 0
+            if known.threshold.size > 0:
+                add_up(sums[b, j], value, known.drift[0], known.threshold[j], known.release_steps[0])
+        if known.threshold.size > 0:
+            for j in range(half):
+                if sums[b, j, 2] > 0 or sums[b, half + j, 2] > 0:
+                    trust[b, j] = trust[b, half + j] = 0
+
+
+@inlined
+def forget(known: Known, memory: Memory, stream: Array) -> None:
+    """Begin an episode."""
+    for j in range(memory.sums.shape[1]):
+        fill(memory.sums[0, j], 0.0)
 
 
 GATE = 0.01  # chosen: of the honest readings, step by step
 DRIFT, THRESHOLD, RATE_THRESHOLD, RELEASE_S = 0.3, 14.0, 10.0, 2.0
 
 
-class Chi2(Suspicion):
+class Tested(Suspicion):
+    """Base of those that test each reading by itself, by `judge`."""
+
+    known: Known
+
+    def _know(self, gate: float, drift: float = 0, threshold: FloatArray | None = None, release_s: float = 0) -> None:
+        least = np.inf if threshold is None else threshold.min()
+        if drift < 0 or least <= 0 or release_s < 0:
+            raise ConfigurationError(
+                f"drift = {drift} and release_s = {release_s} must be 0 or more, thresholds above 0"
+            )
+        fields, steps = self.spec.fields, float(round(release_s / self.config.dt_s))
+        numbers = [np.array([value]) for value in (gate_of(gate), drift)]
+        limits = np.zeros(0) if threshold is None else threshold
+        self.known = Known(fields.offsets, fields.scale, *numbers, limits, np.array([steps]))
+
+    def blank(self) -> FloatArray:
+        """The sums of `Memory`."""
+        return np.zeros((self.known.threshold.size, 3))
+
+    def trusted(self, seen: Seen, memory: FloatArray) -> BoolArray:
+        """See the class."""
+        trust = np.empty((len(seen), self.config.num_readings), np.int64)
+        judge(self.known, Memory(memory), seen.observation, trust)
+        return trust > 0
+
+    def inside(self) -> InsidePolicy:
+        """`judge` of one environment."""
+        return InsidePolicy(self.known, lambda count: Memory(repeat(self.blank(), count)), forget, judge)
+
+
+class Chi2(Tested):
     """Rejects a reading for one step when it fails a chi-squared test with one degree of freedom.
 
     `gate` is the part of the honest readings that it doubts. It is blind to lies that stay within the gate; and once
@@ -120,18 +163,10 @@ class Chi2(Suspicion):
 
     def __init__(self, spec: RoleSpec, *, gate: float = GATE) -> None:
         super().__init__(spec)
-        self.largest = gate_of(gate)
-
-    def blank(self) -> FloatArray:
-        """Nothing."""
-        return np.zeros(0)
-
-    def trusted(self, seen: Seen, memory: FloatArray) -> BoolArray:
-        """See the class."""
-        return np.abs(innovations(seen)) <= self.largest
+        self._know(gate)
 
 
-class Cusum(Suspicion):
+class Cusum(Tested):
     """Rejects a radar for `release_s` when its innovations add up, and single outliers for one step.
 
     Two-sided sums of what each normalised innovation has above `drift`; an alarm at `threshold`, or `rate_threshold`
@@ -154,15 +189,5 @@ class Cusum(Suspicion):
         gate: float = GATE,
     ) -> None:
         super().__init__(spec)
-        self.largest = gate_of(gate)
         thresholds = np.repeat([threshold, rate_threshold], self.config.num_readings // 2)
-        self.sums = Sums(self.config, drift=drift, threshold=thresholds, release_s=release_s)
-
-    def blank(self) -> FloatArray:
-        """Of each reading, see `Sums`."""
-        return np.zeros((self.config.num_readings, 3))
-
-    def trusted(self, seen: Seen, memory: FloatArray) -> BoolArray:
-        """See the class."""
-        values = innovations(seen)
-        return ~of_radars(self.sums.renew(memory, values)) & (np.abs(values) <= self.largest)
+        self._know(gate, drift, thresholds, release_s)

@@ -13,7 +13,7 @@ from typing import Any, cast, overload
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_envs.core.compute.kernels import borrowed, inlined, kernel
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel, room
 from cps_envs.core.compute.streams import HIGH, LOW, WORD, WORDS, plus, times
 from cps_envs.core.types import Array, Generators, IntArray
 
@@ -56,6 +56,11 @@ class Lazy(Sequence[np.random.Generator]):
             _put(self.streams[place], generator)
             self._made[place] = generator
         return self._made[place]
+
+    @property
+    def seeds(self) -> tuple[Array, IntArray]:
+        """The seeds as words (B, k) of 32 bits, and how many of them count (B,), for kernels that spawn."""
+        return self._words, self._sizes
 
     def seed(self, place: int) -> int:
         """The seed of a generator, also of its children."""
@@ -204,7 +209,7 @@ def _start(words: Array, sizes: IntArray, keys: IntArray, streams: Array) -> Non
 @inlined
 def start(entropy: Array, key: int, stream: Array) -> None:
     """Fill the stream (6,) of a new `PCG64` with a seed (k,) in words, and the key of a child, or -1."""
-    seed = np.empty(POOL, np.uint64)
+    seed = room(POOL, np.uint64)
     mix(entropy, key, seed)
     stream[2], stream[3] = seed[2] << ONE | seed[3] >> np.uint64(63), seed[3] << ONE | ONE
     high, low = plus(seed[0], seed[1], stream[2], stream[3])
@@ -216,7 +221,7 @@ def start(entropy: Array, key: int, stream: Array) -> None:
 @inlined
 def mix(entropy: Array, key: int, state: Array) -> None:
     """Fill the `generate_state(4, uint64)` of a seed (k,) in words, and the key of a child, or -1."""
-    pool, constant, size = np.zeros(POOL, np.uint64), INIT_A, entropy.size
+    pool, constant, size = room(POOL, np.uint64), INIT_A, entropy.size
     for i in range(POOL):
         pool[i], constant = hashed(entropy[i] if i < size else np.uint64(0), constant)
     for source in range(POOL):

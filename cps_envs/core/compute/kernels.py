@@ -4,22 +4,24 @@ A problem's state is a named tuple of arrays with a leading axis of B environmen
 Numbers that a kernel knows by name (constants, rules, metrics) are a named tuple of int, float and bool; `records` is
 an array of such tuples, which costs a kernel no more than any other array, and `unpack` reads one.
 
-Kernels allocate nothing per step, raise nothing and call only `inlined` functions. They are compiled without checks
-for zero division, whose branches keep the compiler from vectorising loops, and without fast-math, so that results do
-not depend on the machine.
+Kernels allocate nothing per step, raise nothing and call only `inlined` functions. What they work in is `room`,
+and functions of numbers are those of `math`, so that a thread of a GPU runs them too, on a batch of one: see `device`.
+They are compiled without checks for zero division, whose branches keep the compiler from vectorising loops, and without
+fast-math, so that results do not depend on the machine.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 from typing import Any, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
 from numba import config, njit, types
-from numba.core.cgutils import get_null_value
-from numba.extending import intrinsic, overload
-from numba.np.arrayobj import make_array
+from numba.core.cgutils import get_null_value, unpack_tuple
+from numba.extending import lower_builtin, overload, type_callable
+from numba.np.arrayobj import _empty_nd_impl, make_array
 
 from cps_envs.core.compute.kernel_cache import cache_by_sources
 from cps_envs.core.compute.linking import Linking
@@ -68,27 +70,70 @@ def inlined(function: Function) -> Function:
     return inside
 
 
-def _borrow(typing: Any, array: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        view = make_array(array)(context, builder, arguments[0])  # type: ignore[no-untyped-call]
-        for owner in ("meminfo", "parent"):
-            nobody = get_null_value(getattr(view, owner).type)  # type: ignore[no-untyped-call]
-            setattr(view, owner, nobody)
-        return view._getvalue()
+def maker(function: Function) -> Function:
+    """An `inlined` function that returns arrays of its own `room`: compiled as if it stood where it is called.
 
-    return array(array), generate
+    On a GPU such an array lives as long as the function that makes it.
+    """
+    if PLAIN:
+        return function
+    dispatcher: Any = njit(inline="always", **INSIDE)(function)
+    dispatcher._compile_for_args = lambda *_, **__: function
+    inside: Function = dispatcher
+    return inside
 
 
-# The array without its owner, so that handing it and its views on costs no counting of references, which takes longer
-# than a short step of physics. For arguments only: whoever calls the kernel keeps those alive.
-borrowed: Callable[[Numbers], Numbers]
-if PLAIN:
+def borrowed(array: Numbers) -> Numbers:
+    """The array without its owner, so that handing it and its views on costs no counting of references.
 
-    def borrowed(array: Numbers) -> Numbers:
-        """The array itself: plain Python has no such owners."""
-        return array
-else:
-    borrowed = intrinsic(_borrow)  # type: ignore[assignment]
+    Counting takes longer than a short step of physics. For arguments only: whoever calls the kernel keeps those alive.
+    """
+    return array
+
+
+@type_callable(borrowed)
+def _type_borrowed(_: Any) -> Any:
+    return lambda array: array if isinstance(array, types.Array) else None
+
+
+@lower_builtin(borrowed, types.Array)
+def _borrow(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    view = make_array(signature.return_type)(context, builder, arguments[0])  # type: ignore[no-untyped-call]
+    for owner in ("meminfo", "parent"):
+        nobody = get_null_value(getattr(view, owner).type)  # type: ignore[no-untyped-call]
+        setattr(view, owner, nobody)
+    return view._getvalue()
+
+
+def room(shape: Any, dtype: Any = np.float64) -> Array:
+    """An array to work with, of unknown content; on a GPU one of the thread's own, see `core.device`.
+
+    Kernels and their `maker` functions ask for all of it before they begin with an environment.
+    """
+    made: Array = np.empty(shape, dtype)
+    if _rooms is not None:
+        _rooms.append(made)
+    return made
+
+
+_rooms: list[Array] | None = None  # what plain Python has made, while somebody wants to know
+
+
+@type_callable(room)
+def _type_room(_: Any) -> Any:
+    def typer(shape: Any, dtype: Any = None) -> Any:
+        axes = len(shape) if isinstance(shape, types.BaseTuple) else 1
+        return types.Array(types.float64 if dtype is None else dtype.dtype, axes, "C")
+
+    return typer
+
+
+@lower_builtin(room, types.Any)
+@lower_builtin(room, types.Any, types.Any)
+def _make_room(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    shape, made = signature.args[0], signature.return_type
+    sizes = unpack_tuple(builder, arguments[0]) if isinstance(shape, types.BaseTuple) else [arguments[0]]
+    return _empty_nd_impl(context, builder, made, sizes)._getvalue()  # type: ignore[no-untyped-call]
 
 
 def view(state: Named, b: int) -> Named:
@@ -195,3 +240,21 @@ def copy(values: Array, target: Array) -> None:
 def clip(value: float, low: float, high: float) -> float:
     """The value limited to [low, high]."""
     return min(max(value, low), high)
+
+
+@inlined
+def least(values: Array) -> float:
+    """The smallest of numbers (k,), k > 0."""
+    found: float = values[0]
+    for i in range(1, values.size):
+        found = min(found, values[i])
+    return found
+
+
+@inlined
+def nearest(value: float) -> int:
+    """The nearest whole number, of two the even one, like `np.rint`."""
+    below = math.floor(value)
+    beyond = value - below
+    up = beyond > 0.5 or (beyond == 0.5 and below % 2 == 1)
+    return below + 1 if up else below

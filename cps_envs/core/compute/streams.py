@@ -8,6 +8,7 @@ tests compare them.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ def next_normal(high: Any, low: Any, up: Any, down: Any) -> tuple[Any, Any, Any]
             return next_in_tail(high, low, up, down, place >> np.uint64(8) & np.uint64(1))
         high, low, word = next_word(high, low, up, down)
         step = HEIGHTS[layer - np.uint64(1)] - HEIGHTS[layer]
-        if step * share_of(word) + HEIGHTS[layer] < np.exp(-0.5 * value * value):
+        if step * share_of(word) + HEIGHTS[layer] < math.exp(-0.5 * value * value):
             return high, low, value
 
 
@@ -86,9 +87,9 @@ def next_in_tail(high: Any, low: Any, up: Any, down: Any, negative: Any) -> tupl
     """The same of a number beyond the ziggurat."""
     while True:
         high, low, word = next_word(high, low, up, down)
-        beyond = -TAIL_RATE * np.log1p(-share_of(word))
+        beyond = -TAIL_RATE * math.log1p(-share_of(word))
         high, low, word = next_word(high, low, up, down)
-        height = -np.log1p(-share_of(word))
+        height = -math.log1p(-share_of(word))
         if height + height > beyond * beyond:
             return high, low, -(TAIL + beyond) if negative else TAIL + beyond
 

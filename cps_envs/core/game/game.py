@@ -20,6 +20,7 @@ from cps_envs.core.declare.measures import Measure
 from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.game.objective import Objective, objective_of
 from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.inside import InsidePhysics
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, Generators, IntArray, Observation, Role
@@ -263,6 +264,14 @@ class Game(ABC):
         No policy may see it. Empty, (B, 0), where the problem offers none.
         """
         return np.zeros((self.num_envs, 0), np.float32)
+
+    def inside(self) -> InsidePhysics:
+        """The game as functions of one environment, with which a GPU plays it.
+
+        Raises:
+            ConfigurationError: it has none, or not in this configuration.
+        """
+        raise ConfigurationError(f'{self.name!r} does not play on a GPU: leave device = "cuda" out')
 
     def team(self, role: Role) -> Team:
         """The role as a team of agents.

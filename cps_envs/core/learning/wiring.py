@@ -6,7 +6,6 @@ The same wiring makes the rows of a training environment and the inputs of a tra
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -19,11 +18,12 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.policies.state import put
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role, State
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role, State
 
 Scaling: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]  # mean and deviation
 CLIP = 5.0  # bound of a scaled input
 LEAST_DEVIATION = 0.02  # of an input; one that hardly varies is not blown up to noise
+NO_CHANGES = np.zeros((1, 1, 0), np.float32)
 OWN = 5  # arrays of a wired player's state before those of its adapter
 
 
@@ -140,8 +140,9 @@ class Wired:
         self.rows = len(adapter.agents) // self.together  # of an episode
         self.action_space = action_space_of(adapter.action_space, self.together, flat=wiring.flat)
         self._neutral = np.asarray(adapter.neutral_action)
-        self._mean = np.array(wiring.mean or (0.0,), np.float32)
-        self._scale = 1 / np.array(wiring.deviation or (1.0,), np.float32)
+        mean, deviation = (np.array(each, np.float32) for each in (wiring.mean, wiring.deviation))
+        self.scaled = mean, 1 / deviation, np.array(self.choices, np.int64)  # what `fill_inputs` needs to know
+        self.recent = self._recent
 
     def space(self) -> WiredBox:
         """The rows."""
@@ -185,7 +186,7 @@ class Wired:
         first = (age == 0)[:, np.newaxis, np.newaxis]
         if self._recent.size:
             averages = averages.copy()
-            _average(row, age == 0, self._recent, averages)
+            average(row, age == 0, self._recent, averages)
         if self._rough:
             change = np.where(first, 0.0, np.abs(row - before) - rough)
             rough = rough + (self._rough * change).astype(np.float32)
@@ -197,16 +198,14 @@ class Wired:
         if self.wiring.plain:
             return row.copy()
         envs, agents = row.shape[:2]
-        parts = [row, averages.reshape(envs, agents, -1)]
-        if self._rough:
-            parts.append(rough)
-        scaled = np.clip((np.concatenate(parts, axis=2) - self._mean) * self._scale, -CLIP, CLIP)
-        begun = (age > 0)[:, np.newaxis, np.newaxis]
-        columns = [scaled.astype(np.float32), np.where(begun, encode(kept, self.choices), np.float32(0))]
+        filled = np.empty((envs, agents, self.columns.scaled + self.columns.last_action), np.float32)
+        row, rough = np.ascontiguousarray(row), rough if self._rough else NO_CHANGES
+        fill_inputs(row, averages, rough, kept.reshape(envs, agents, -1), age, *self.scaled, filled)
         if self.columns.mask:
             mask = self.adapter.masks(seen, tuple(own))
-            columns.append(np.ones((envs, agents, self.columns.mask)) if mask is None else mask)
-        return np.concatenate(columns, axis=2, dtype=np.float32)
+            legal = np.ones((envs, agents, self.columns.mask)) if mask is None else mask
+            return np.concatenate([filled, legal], axis=2, dtype=np.float32)
+        return filled
 
     def row_actions(self, actions: Array) -> Array:
         """The agents' actions (B, A, ...) from those of the rows (B x rows, ...), which are in `action_space`."""
@@ -251,7 +250,7 @@ class Wired:
 
 
 @kernel
-def _average(row: Observation, first: BoolArray, gains: FloatArray, averages: Observation) -> None:
+def average(row: Observation, first: BoolArray, gains: FloatArray, averages: Observation) -> None:
     """Bring running averages (B, A, k, n) up to date with rows (B, A, n), which they begin with where `first` (B,)."""
     for b in range(row.shape[0]):
         for a in range(row.shape[1]):
@@ -261,13 +260,48 @@ def _average(row: Observation, first: BoolArray, gains: FloatArray, averages: Ob
                     averages[b, a, k, i] += np.float32(gain * (row[b, a, i] - averages[b, a, k, i]))
 
 
-def encode(actions: Array, choices: Sequence[int]) -> Observation:
-    """Actions (B, A, ...) as inputs of a network (B, A, k): one-hot for each discrete entry, else as they are."""
-    flat = actions.reshape(*actions.shape[:2], -1)
-    if not choices:
-        return flat.astype(np.float32)
-    parts = [flat[:, :, entry, np.newaxis] == np.arange(count) for entry, count in enumerate(choices)]
-    return np.concatenate(parts, axis=2).astype(np.float32)
+@kernel
+def fill_inputs(
+    row: Observation,
+    averages: Observation,
+    rough: Observation,
+    kept: Array,
+    age: IntArray,
+    mean: Observation,
+    scale: Observation,
+    choices: IntArray,
+    inputs: Observation,
+) -> None:
+    """Fill inputs (B, A, k): what is seen (B, A, m), its averages (B, A, n, m), that of changes, and kept actions.
+
+    The first ones become (value - mean) * scale, within `CLIP`, where there is a scale (k,). Actions (B, A, j) are
+    one-hot for each discrete entry of so many `choices` (j,), else as they are; zeros at the start of an episode.
+    """
+    size = row.shape[2]
+    scaled = size * (1 + averages.shape[2]) + rough.shape[2]
+    for b in range(row.shape[0]):
+        for a in range(row.shape[1]):
+            for i in range(scaled):
+                part, entry = i // size - 1, i % size
+                if part < 0:
+                    value = row[b, a, entry]
+                elif part < averages.shape[2]:
+                    value = averages[b, a, part, entry]
+                else:
+                    value = rough[b, a, entry]
+                if mean.size > 0:
+                    value = (value - mean[i]) * scale[i]
+                inputs[b, a, i] = min(max(value, np.float32(-CLIP)), np.float32(CLIP))
+            to = scaled
+            for j in range(kept.shape[2]):
+                if choices.size == 0:
+                    inputs[b, a, to] = np.float32(kept[b, a, j]) if age[b] > 0 else np.float32(0)
+                    to += 1
+                else:
+                    for choice in range(choices[j]):
+                        chosen = age[b] > 0 and kept[b, a, j] == choice
+                        inputs[b, a, to + choice] = 1 if chosen else 0
+                    to += choices[j]
 
 
 def action_space_of(space: spaces.Space[Any], together: int, *, flat: bool) -> spaces.Space[Any]:

@@ -19,6 +19,7 @@ from gymnasium import spaces
 from cps_envs.core.declare.fields import Fields
 from cps_envs.core.declare.training import NATIVE
 from cps_envs.core.errors import UnknownNameError, near, shown
+from cps_envs.core.policies.inside import InsideAdapter
 from cps_envs.core.policies.lookup import load, policy_entry
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.seen import Seen
@@ -81,6 +82,10 @@ class Adapter(ABC):
 
     def masks(self, seen: Seen, state: State) -> BoolArray | None:
         """Legal actions (B, A, k), of a MultiDiscrete space flattened; None where all are legal."""
+        return None
+
+    def inside(self) -> InsideAdapter | None:
+        """The same as functions of one environment, with which a GPU plays; None where nobody has written them."""
         return None
 
     @abstractmethod

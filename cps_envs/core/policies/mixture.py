@@ -53,7 +53,7 @@ class Mixture(AnalyticPolicy):
         self.probabilities = shares / shares.sum()
         self._known: tuple[bytes, Places] | None = None  # what was drawn last
         self._kept: Kept | None = None  # what `act` returned last
-        self._bounds = self.probabilities.cumsum() / self.probabilities.cumsum()[-1]
+        self.bounds = self.probabilities.cumsum() / self.probabilities.cumsum()[-1]
         self.privileged = frozenset().union(*(getattr(policy, "privileged", ()) for policy in self.policies))
         self.masked = any(map(takes_masks, self.policies))
         self.decentralised = any(map(is_decentralised, self.policies))
@@ -74,7 +74,7 @@ class Mixture(AnalyticPolicy):
         shares = np.empty(len(generators))
         with drawing(generators, np.arange(len(generators))) as streams:
             draw_shares(streams, shares)
-        drawn: Array = self._bounds.searchsorted(shares, side="right")
+        drawn: Array = self.bounds.searchsorted(shares, side="right")
         return drawn
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:

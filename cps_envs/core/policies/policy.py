@@ -17,6 +17,7 @@ from cps_envs.core.types import Array, BoolArray, Generators, Knowledge, Observa
 
 if TYPE_CHECKING:  # fields bring the compiler of kernels along
     from cps_envs.core.declare.fields import Fields
+    from cps_envs.core.policies.inside import InsidePolicy
 
 Maker = TypeVar("Maker", bound=Callable[..., Any])
 PLAYS_IN = "plays_in"  # the attribute of a registered policy that says where it plays
@@ -177,6 +178,10 @@ class AnalyticPolicy(ABC):
         changed in place.
         """
 
+    def inside(self) -> InsidePolicy | None:
+        """The same as functions of one environment, with which a GPU plays; None where nobody has written them."""
+        return None
+
     @final
     def predict(
         self,
@@ -223,6 +228,13 @@ class Idle(AnalyticPolicy):
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The neutral action for every environment."""
         return repeat(self.spec.neutral_action, len(seen)), state
+
+    def inside(self) -> InsidePolicy:
+        """Nothing to do: the action stays as it is at the start."""
+        from cps_envs.core.policies import inside
+
+        nothing = inside.Nothing(np.zeros(1))
+        return inside.InsidePolicy(nothing, lambda _: nothing, inside.begin_blank, inside.stay)
 
 
 PolicyFactory: TypeAlias = Callable[..., Policy]

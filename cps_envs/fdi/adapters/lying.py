@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.compute.holding import hold
-from cps_envs.core.compute.kernels import borrowed, inlined, kernel
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel, room
 from cps_envs.core.declare.fields import Field, Fields, decode_entry, encode_row
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.adapter import Adapter
@@ -87,7 +87,7 @@ class Lying(Adapter):
     def observe(self, seen: Seen, state: State) -> Observation:
         """What `gap_fields` describe, (B, 1, m)."""
         shown = np.empty((len(seen), 1, self.fields.size), np.float32)
-        _observe(self._sight, seen.observation, self.lies(seen, state), shown[:, 0])
+        observe_gap(self._sight, seen.observation, self.lies(seen, state), shown[:, 0])
         return shown
 
     def active(self, seen: Seen, state: State) -> BoolArray:
@@ -130,9 +130,9 @@ def gap_fields(config: FdiConfig) -> Fields:
 
 
 @kernel
-def _observe(sight: Sight, observation: Observation, lies: FloatArray, shown: Observation) -> None:
+def observe_gap(sight: Sight, observation: Observation, lies: FloatArray, shown: Observation) -> None:
     """Fill (B, m) from the role's observation (B, size) and the lies (B, 2) of now."""
-    values = np.empty(shown.shape[1])
+    values = room(shown.shape[1])
     for b in range(shown.shape[0]):
         _fill(sight, borrowed(observation)[b], borrowed(lies)[b], borrowed(values))
         encode_row(borrowed(values), borrowed(sight.own_scale), borrowed(shown)[b])

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.compute.holding import hold
-from cps_envs.core.compute.kernels import borrowed, inlined, kernel
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel, room
 from cps_envs.core.declare.fields import Field, Fields, decode_entry, encode_row
 from cps_envs.core.policies.adapter import Adapter
 from cps_envs.core.policies.policy import RoleSpec
@@ -124,7 +124,7 @@ def sensor_fields(config: FdiConfig) -> Fields:
 @kernel
 def _observe(sight: Sight, observation: Observation, shown: Observation) -> None:
     """Fill (B, A, m) from the role's observation (B, size)."""
-    values, z = np.empty(shown.shape[2]), np.empty(2 * sight.gaps.size)
+    values, z = room(shown.shape[2]), room(2 * sight.gaps.size)
     for b in range(shown.shape[0]):
         seen, rows = borrowed(observation)[b], borrowed(shown)[b]
         _normalise(sight, seen, borrowed(z))
