@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import gymnasium
 from gymnasium.envs.registration import load_env_creator
 
-from cps_envs.core.errors import UnknownNameError, near
+from cps_envs.core.errors import ConfigurationError, UnknownNameError, near, shown
 from cps_envs.core.game.problem import Problem
 from cps_envs.core.interfaces import registration as core
 from cps_envs.core.policies.trust import require_trust
@@ -68,10 +68,11 @@ def find_role(name: str) -> tuple[Problem, Role]:
     return found.problem, found.role
 
 
-def learning_env(name: str, num_envs: int | None = None, **options: Any) -> LearningVectorEnv:
+def learning_env(name: str, num_envs: int | None = None, *, device: str = "cpu", **options: Any) -> LearningVectorEnv:
     """A role as ordinary learners like it, see `core.interfaces.learning_env.LearningVectorEnv` for the options.
 
-    `name` is such as "RogueAttack", or an id as Gymnasium takes it.
+    `name` is such as "RogueAttack", or an id as Gymnasium takes it. With `device="cuda"` a GPU plays the same episodes,
+    see `core.interfaces.card_env.CardVectorEnv`; experimental.
 
     Raises:
         UnknownNameError: there is no such role, or no such adapter.
@@ -80,6 +81,12 @@ def learning_env(name: str, num_envs: int | None = None, **options: Any) -> Lear
     from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 
     problem, role = find_role(name)
+    if device == "cuda":
+        from cps_envs.core.interfaces.card_env import CardVectorEnv
+
+        return CardVectorEnv(problem, role, num_envs, **options)
+    if device != "cpu":
+        raise ConfigurationError(f'device = {shown(device)} must be "cpu" or "cuda"')
     return LearningVectorEnv(problem, role, num_envs, **options)
 
 

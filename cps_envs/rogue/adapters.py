@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.compute.kernels import borrowed, inlined, kernel, room
 from cps_envs.core.declare.config import Range, bounds
-from cps_envs.core.declare.fields import Field, Fields
+from cps_envs.core.declare.fields import Field, Fields, decode_entry, encode_row
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policies.adapter import Adapter
+from cps_envs.core.policies.inside import Alone, InsideAdapter, begin_blank
 from cps_envs.core.policies.policy import RoleSpec
 from cps_envs.core.policies.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, State
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, State
 from cps_envs.rogue.actions import PLAIN, choices_of, order_space
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
@@ -23,6 +27,7 @@ EFFORTS = np.array([-1.0, 0.0, 1.0], np.float32)  # full braking, the present sp
 CRUISE = 1  # the second of them
 FAR_M, FAST_MPS, LOST_M = 60.0, 25.0, 500.0  # chosen: errors from there on look alike
 SIDES = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate")
+SHOWN = 12  # fields that one seized vehicle sees
 SPEEDS_MPS = (0.0, 50.0)  # chosen: v_max
 
 
@@ -59,17 +64,34 @@ class Effort(Adapter):
             Field("time_left_s", "s", 0, config.duration_s, (), "until the end of the episode"),
             *(others if len(self.agents) > 1 else ()),
         )
+        places = [np.arange(spec.fields.size)[spec.fields.slices[field.name]] for field in self.fields[:SHOWN]]
+        self._known = Known(
+            source=np.concatenate(places),
+            fields=Layout(spec.fields.offsets, spec.fields.scale),
+            scale=self.fields.scale,
+            soon_s=np.array([config.dt_s / 2]),
+            efforts=EFFORTS,
+        )
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """The rows (B, A, m) of the seized vehicles, of one (B, 1, m)."""
         if len(self.agents) == 1:
-            return encoded(self._shown, {}, seen)[:, np.newaxis]
+            shown = np.empty((len(seen), 1, self.fields.size), np.float32)
+            show_again(self._known, Alone(EFFORTS), seen.observation, shown)
+            return shown
         shape = (len(seen), len(self.agents))
         rows = {name: each.reshape(len(seen), -1) for name in self.spec.fields.slices if (each := seen[name]).size}
         speed, effort = (self._of_others(rows[name]) for name in ("speed", "effort"))
         rows |= {"others_speed": speed - rows["speed"], "others_effort": effort}
         columns = {name: np.broadcast_to(values, shape).reshape(-1) for name, values in rows.items()}
         return encoded(self._shown, columns, seen).reshape(*shape, -1)
+
+    def inside(self) -> InsideAdapter | None:
+        """Of a single seized vehicle."""
+        if len(self.agents) > 1:
+            return None
+        remember = Alone(EFFORTS)
+        return InsideAdapter(self._known, lambda _: remember, begin_blank, show_again, mark_begun, take_effort)
 
     def _of_others(self, values: FloatArray) -> FloatArray:
         """The mean of the other agents, of values (B, A)."""
@@ -85,6 +107,46 @@ class Effort(Adapter):
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The efforts (B, A)."""
         return EFFORTS[actions], state
+
+
+class Layout(NamedTuple):
+    """How a role's observations are encoded."""
+
+    offsets: Array  # (1,)
+    scale: FloatArray  # (2, n)
+
+
+class Known(NamedTuple):
+    """What the functions of one seized vehicle know."""
+
+    source: IntArray  # (m,) entries of the role's observation that it sees
+    fields: Layout
+    scale: FloatArray  # (2, m)
+    soon_s: FloatArray  # (1,)
+    efforts: Observation  # (3,)
+
+
+@kernel
+def show_again(known: Known, memory: Alone, seen: Observation, shown: Observation) -> None:
+    """`Effort.observe`: fill (B, 1, m) with entries of the role's observation (B, n) within other bounds."""
+    values = room(shown.shape[2])
+    for b in range(shown.shape[0]):
+        for i in range(values.size):
+            values[i] = decode_entry(borrowed(seen)[b], borrowed(known.fields.scale), known.source[i])
+        encode_row(borrowed(values), borrowed(known.scale), borrowed(shown)[b, 0])
+
+
+@inlined
+def mark_begun(known: Known, memory: Alone, seen: Observation, active: BoolArray) -> None:
+    """`Effort.active`."""
+    fields = known.fields
+    active[0, 0] = decode_entry(seen[0], fields.scale, fields.offsets[0].until_onset_s) < known.soon_s[0]
+
+
+@inlined
+def take_effort(known: Known, memory: Alone, seen: Observation, kept: IntArray, action: FloatArray) -> None:
+    """`Effort.act`."""
+    action[0, 0] = known.efforts[kept[0, 0, 0]]
 
 
 class VehicleFull(Adapter):

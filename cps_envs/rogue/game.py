@@ -10,27 +10,29 @@ from gymnasium import spaces
 
 from cps_envs.core.compute.generators import drawing
 from cps_envs.core.compute.holding import hold
-from cps_envs.core.compute.kernels import borrowed, kernel, lend, records, room, unpack
+from cps_envs.core.compute.kernels import records, unpack
 from cps_envs.core.declare.columns import ActionColumn, counted, numbered
 from cps_envs.core.declare.measures import Measure, measures_of
 from cps_envs.core.declare.places import halves_of
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.game import Adapters, Game
+from cps_envs.core.policies.inside import InsidePhysics
 from cps_envs.core.policies.team import Team
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.rogue import inside
 from cps_envs.rogue.actions import PLAIN, choices_of, command_limits, order_space, read_choices, read_levels
 from cps_envs.rogue.adapters import Effort, Vehicle, VehicleFull
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
-from cps_envs.rogue.dynamics import advance_lanes, receive
 from cps_envs.rogue.fields import attacker_fields, defender_fields
 from cps_envs.rogue.give_way import GiveWay, GiveWayVehicle
-from cps_envs.rogue.lanes import WIDTH, WORTH, load, make_block, make_plants, store
+from cps_envs.rogue.moves import step
 from cps_envs.rogue.observation import observe_attacker, observe_defender
-from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics, measure
+from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics
 from cps_envs.rogue.picture.scene import Scene, scene_of
 from cps_envs.rogue.privileged import Truth
 from cps_envs.rogue.start import builds_of, chances_of, ranges_of, start_episodes
-from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, platoon, rules_of
+from cps_envs.rogue.state import NEVER, Drawn, State, allocate, rules_of
 from cps_envs.rogue.swarm import SeizedTeam, VehicleTeam
 
 KERNELS = {"attacker": observe_attacker, "defender": observe_defender}
@@ -158,6 +160,34 @@ class RogueGame(Game):
         """What the viewer draws of an episode."""
         return scene_of(self.state, self.drawn, b, self.config, self.episode_metrics(b))
 
+    def inside(self) -> InsidePhysics:
+        """See the base class."""
+        if self.config.has_cycle:
+            raise ConfigurationError(
+                'episodes that follow a leader\'s series do not play on a GPU: leave device = "cuda" out, or give '
+                "leader_speed_mps up"
+            )
+        shown = [inside.Shown(self.fields[role].offsets, self.fields[role].scale) for role in ROLES]
+        held = inside.Held(
+            self._held,
+            self.drawn,
+            self._scores,
+            self.rules,
+            self._chances,
+            self._ranges,
+            self._builds,
+            self._places,
+            self._episodes,
+            self._leader_mps,
+            np.array(self._limits),
+            self._orders.copy(),
+            self._usual[1].copy(),
+            *shown,
+        )
+        advance = inside.advance if self.modes else inside.advance_commanded
+        shows = {"attacker": inside.show_attacker, "defender": inside.show_defender}
+        return InsidePhysics(held, inside.reset, advance, shows)
+
     def columns(self, role: Role) -> tuple[ActionColumn, ...]:
         """The effort of each seized vehicle, or the orders of the others."""
         if role == "attacker":
@@ -177,58 +207,3 @@ class RogueGame(Game):
         if role == "defender":
             return VehicleTeam(self.config, self._held, self.drawn, self.rules, self._episodes)
         return SeizedTeam(self.config, self._held, self.drawn)
-
-
-@kernel
-def step(
-    state: State,
-    drawn: Array,
-    rules: Array,
-    leader_mps: FloatArray,
-    moves: tuple[FloatArray, IntArray, FloatArray],
-    envs: BoolArray,
-    periods: int,
-    scores: Array,
-    payoff: FloatArray,
-) -> None:
-    """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
-
-    `moves` are the attacker's actions (B, seats) in [-1, 1]; of the k vehicles that get orders controllers (B, k, 2)
-    and whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`. References
-    follow the series `leader_mps` (K,) where there is one.
-    """
-    attack, orders, accelerations = moves
-    r, most = unpack(Rules, rules, 0), state.position.shape[1]
-    lanes = WIDTH if envs.size >= WORTH else 1
-    block, plants = make_block(most, lanes), make_plants(state.length_m.shape[1], lanes)
-    places = room(envs.size, np.int64)
-    for n in range(2, most + 1):
-        total = 0
-        for b in range(envs.size):
-            if envs[b] and borrowed(drawn)[b].num_vehicles == n:
-                places[total], total = b, total + 1
-        first = 0
-        while first < total:
-            wide = total - first >= WORTH
-            width = WIDTH if wide else 1
-            count = min(width, total - first)
-            rows = borrowed(places)[first : first + count]
-            for k in range(width):
-                b = rows[min(k, count - 1)]
-                load(lend(block), lend(plants), state, drawn, b, k, n)
-                c, order, acceleration = unpack(Drawn, drawn, b), borrowed(orders)[b], borrowed(accelerations)[b]
-                receive(lend(block), state, order, acceleration, b, k, n, c, r)
-            acts = (rows, attack, borrowed(leader_mps))
-            if wide:  # two calls, so that the compiler knows the width in each
-                advance_lanes(lend(block), lend(plants), state, drawn, scores, *acts, periods, n, WIDTH, r)
-            else:
-                advance_lanes(lend(block), lend(plants), state, drawn, scores, *acts, periods, n, 1, r)
-            for k in range(count):
-                store(lend(block), state, rows[k], k, n)
-            first += count
-    for b in range(envs.size):
-        if envs[b]:
-            c, score = unpack(Drawn, drawn, b), borrowed(scores)[b]
-            before = score.damage + score.formation_charge
-            measure(platoon(state, b, c.num_vehicles), score, c, r)
-            payoff[b] = score.damage + score.formation_charge - before

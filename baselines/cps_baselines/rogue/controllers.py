@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policies.inside import Alone, InsidePolicy, begin_blank, take_known
 from cps_envs.core.policies.policy import AnalyticPolicy, RoleSpec, repeat
 from cps_envs.core.policies.seen import Seen
 from cps_envs.core.types import Array, State
@@ -29,6 +30,11 @@ class HeldController(AnalyticPolicy):
     def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The same action for every episode."""
         return repeat(self.action, len(seen)), state
+
+    def inside(self) -> InsidePolicy:
+        """The same."""
+        known = Alone(self.action)
+        return InsidePolicy(known, lambda _: Alone(np.zeros(1)), begin_blank, take_known)
 
 
 def require_modes(spec: RoleSpec, policy: AnalyticPolicy) -> None:

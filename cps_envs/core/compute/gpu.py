@@ -234,3 +234,66 @@ if not SIMULATED:
                 play(cut(given, b))
 
         return thread
+
+
+class Table:
+    """The arrays of a world on a card, as torch tensors, and what plays a decision of every environment with them."""
+
+    def __init__(self, decide: Callable[[Any], None], world: Any, batched: list[bool], count: int) -> None:
+        """`count` environments; `batched` tells which of the world's arrays have an axis of them.
+
+        Raises:
+            ConfigurationError: there is no card.
+        """
+        import torch
+
+        check_card()
+        self._torch, self._count, self._graph = torch, count, None
+        found: dict[Any, Any] = {}
+        self.tensors: dict[str, Any] = {}
+        for path, array in leaves(world):
+            key = (array.ctypes.data, array.shape, array.dtype.str) if array.size else path  # one array, one tensor
+            if key not in found:
+                found[key] = torch.from_numpy(_words(array)).to("cpu" if SIMULATED else "cuda")
+            self.tensors[path.removeprefix("world.")] = found[key]
+        if SIMULATED:
+            arrays, play = tuple(named_fields(array) for _, array in leaves(world)), plain(decide)
+            cut = cut_plain(world, batched)
+
+            @cuda.jit
+            def thread(given: Any, count: int) -> None:
+                b = cuda.grid(1)
+                if b < count:
+                    play(cut(arrays, b))
+
+            self._kernel, self._given = thread, np.zeros(1, np.int64)
+        else:
+            self._kernel = compiled(decide, world, batched)
+            addresses = [tensor.data_ptr() for tensor in self.tensors.values()]
+            self._addresses = torch.tensor(addresses, dtype=torch.int64, device="cuda")
+            self._given = cuda.as_cuda_array(self._addresses)
+
+    def play(self) -> None:
+        """A decision of every environment: one launch, replayed from a CUDA graph from the second one on."""
+        blocks = -(-self._count // THREADS)
+        if SIMULATED:
+            self._kernel[1, self._count](self._given, self._count)
+            return
+        cuda_of = self._torch.cuda
+        if cuda_of.is_current_stream_capturing() or self._graph is None:
+            stream = cuda.external_stream(cuda_of.current_stream().cuda_stream)
+            self._kernel[blocks, THREADS, stream](self._given, self._count)
+            if not cuda_of.is_current_stream_capturing():
+                self._graph = cuda_of.CUDAGraph()
+                with cuda_of.graph(self._graph):
+                    stream = cuda.external_stream(cuda_of.current_stream().cuda_stream)
+                    self._kernel[blocks, THREADS, stream](self._given, self._count)
+        else:
+            self._graph.replay()
+
+
+def _words(array: Array) -> Array:
+    """The array as torch takes it: records as bytes, whole numbers without a sign with one."""
+    if array.dtype.names:
+        return array.view(np.uint8).reshape(*array.shape, array.dtype.itemsize) if array.size else np.zeros(1, np.uint8)
+    return array.view(np.int64) if array.dtype == np.uint64 else array

@@ -359,9 +359,8 @@ def make_decide(
     return decide
 
 
-def batched(card: Callable[[int], World]) -> list[bool]:
-    """Which arrays of a world have an axis of B environments: those that differ between worlds of one and two."""
+def batched(one: World, two: World) -> list[bool]:
+    """Which arrays have an axis of B environments: those that differ between worlds of one and two."""
     from cps_envs.core.compute.gpu import leaves
 
-    one, two = (list(leaves(card(count))) for count in (1, 2))
-    return [a.shape != b.shape for (_, a), (_, b) in zip(one, two, strict=True)]
+    return [a.shape != b.shape for (_, a), (_, b) in zip(leaves(one), leaves(two), strict=True)]

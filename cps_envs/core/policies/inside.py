@@ -15,10 +15,10 @@ from cps_envs.core.compute.kernels import inlined
 from cps_envs.core.types import Array, BoolArray, Role
 
 
-class Nothing(NamedTuple):
-    """What somebody knows or remembers who needs nothing; an array, as kernels take no empty tuples."""
+class Alone(NamedTuple):
+    """A single array: an action that is always taken, or nothing, as kernels take no empty tuples."""
 
-    none: Array
+    value: Array
 
 
 @inlined
@@ -35,6 +35,13 @@ def always_active(known: Any, memory: Any, seen: Array, active: BoolArray) -> No
 @inlined
 def stay(known: Any, memory: Any, seen: Array, action: Array) -> None:
     """Leave the action (1, ...), which is the neutral one at first."""
+
+
+@inlined
+def take_known(known: Alone, memory: Any, seen: Array, action: Array) -> None:
+    """Take the one action (k,) that is known."""
+    for i in range(known.value.size):
+        action[0, i] = known.value[i]
 
 
 @dataclass(frozen=True)

@@ -230,10 +230,10 @@ class Idle(AnalyticPolicy):
         return repeat(self.spec.neutral_action, len(seen)), state
 
     def inside(self) -> InsidePolicy:
-        """Nothing to do: the action stays as it is at the start."""
+        """Alone to do: the action stays as it is at the start."""
         from cps_envs.core.policies import inside
 
-        nothing = inside.Nothing(np.zeros(1))
+        nothing = inside.Alone(np.zeros(1))
         return inside.InsidePolicy(nothing, lambda _: nothing, inside.begin_blank, inside.stay)
 
 
