@@ -38,7 +38,9 @@ def differing(role: str, opponent: str, decisions: int, *, staggered: bool, **se
             pairs |= {"r": (final["episode"]["r"], final_there["episode"]["r"])}
             pairs |= {"l": (final["episode"]["l"], final_there["episode"]["l"])}
             pairs |= {"whole": (final["_episode"], final_there["_episode"])}
-        found += [f"{name} of decision {decision}" for name, (a, b) in pairs.items() if not np.array_equal(a, b.numpy())]
+        found += [
+            f"{name} of decision {decision}" for name, (a, b) in pairs.items() if not np.array_equal(a, b.numpy())
+        ]
         ends += int(terminated.sum())
     return found if ends >= NUM_ENVS else [*found, f"only {ends} episodes have ended"]
 

@@ -296,7 +296,7 @@ def make_decide(
 
     def decide(w: World) -> None:
         clock, mine, theirs = w.clock, w.learner, w.rival
-        live, payoff, stream = clock.live, room(1), room(6, np.uint64)
+        live, payoff, stream, first = clock.live, room(1), room(6, np.uint64), room(1, np.bool_)
         for a in range(mine.active.shape[1]):
             source = mine.chosen if mine.active[0, a] else w.scale.neutral
             copy(source[0, a], mine.kept[0, a])
@@ -308,7 +308,8 @@ def make_decide(
                 observe(w.held, mine.seen)
                 if looks:
                     look(w.known, w.memory, mine.seen, mine.shown)
-                    average(mine.shown, mine.age == 0, w.scale.recent, mine.averages)
+                    first[0] = mine.age[0] == 0
+                    average(mine.shown, first, w.scale.recent, mine.averages)
             act(w.known, w.memory, mine.seen, mine.kept, mine.action)
             mine.age[0] += 1
             gained = 0.0
@@ -351,7 +352,8 @@ def make_decide(
         observe(w.held, mine.seen)
         look(w.known, w.memory, mine.seen, mine.shown)
         active(w.known, w.memory, mine.seen, mine.active)
-        average(mine.shown, mine.age == 0, w.scale.recent, mine.averages)
+        first[0] = mine.age[0] == 0
+        average(mine.shown, first, w.scale.recent, mine.averages)
         scale = w.scale
         given = (mine.shown, mine.averages, scale.no_changes, mine.kept, mine.age)
         fill_inputs(*given, scale.mean, scale.scale, scale.choices, mine.inputs)
