@@ -176,7 +176,7 @@ class RogueGame(Game):
             self._chances,
             self._ranges,
             self._builds,
-            self._places,
+            inside.Where(self._places.first, self._places.counts),
             self._episodes,
             self._leader_mps,
             np.array(self._limits),

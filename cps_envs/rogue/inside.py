@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cps_envs.core.compute.kernels import inlined
-from cps_envs.core.declare.places import Places
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.rogue.actions import read_choices, read_levels
 from cps_envs.rogue.moves import step
@@ -21,6 +20,13 @@ class Shown(NamedTuple):
     scale: FloatArray  # (2, size)
 
 
+class Where(NamedTuple):
+    """The arrays of `core.declare.places.Places`."""
+
+    first: IntArray  # (2, m)
+    counts: IntArray  # (2,)
+
+
 class Held(NamedTuple):
     """What resets and steps take."""
 
@@ -31,7 +37,7 @@ class Held(NamedTuple):
     chances: Array  # (1,) records of `start.Chances`
     ranges: Array  # (2,) records of `start.Uniform`
     builds: Builds
-    places: Places
+    places: Where
     halves: IntArray  # (B,)
     leader_mps: FloatArray  # (K,)
     limits_mps2: FloatArray  # (2,) see `actions.command_limits`

@@ -201,7 +201,7 @@ def check_side(match: Match, side: LearningSide) -> None:
         named = ", ".join(sorted({type(each).__name__ for each in parts}))
         raise ConfigurationError(
             f"the {other(role)}'s {named} cannot come along to a GPU: {without} name an opponent that can, such as "
-            'opponent="none"; docs/gpu.md lists them'
+            'opponent="none"; docs/speed.md lists them'
         )
 
 
