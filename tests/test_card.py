@@ -51,7 +51,7 @@ def test_threads_of_a_simulated_card_play_the_episodes_of_the_cpu(words: tuple[s
 def test_threads_play_rogue_too() -> None:
     code = (
         "from tests.card_parity import differing\n"
-        'print(differing("RogueAttack", "none", 8, staggered=False, duration_s=1.0, frame_skip=1, onset_s=(0.0, 0.2)))'
+        'print(differing("RogueAttack", "none", 25, staggered=False, duration_s=1.0, frame_skip=1, onset_s=(0.0, 0.2)))'
     )
     command = [sys.executable, "-W", "ignore", "-c", code]
     done = subprocess.run(command, env=SIMULATOR, capture_output=True, text=True, check=False)
