@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from cps_envs.core.types import Array, Role
-from cps_envs.rogue import lanes
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.lanes import WIDTH, WORTH, lane, load, make_block, make_plants, store
 from cps_envs.rogue.problem import ROGUE
@@ -55,14 +54,13 @@ def test_side_by_side_as_alone(preset: str, contact: str) -> None:
     assert together.metrics()["alarms"].sum() > 0
 
 
-def test_an_episode_goes_into_a_lane_and_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_episode_goes_into_a_lane_and_comes_back() -> None:
     """Its lane shows the vehicles of its platoon as the state does; store brings back what has changed in it."""
-    monkeypatch.setattr(lanes, "borrowed", lambda array: array)  # outside of kernels
     game, n, generator = started(ROGUE, (0, 1), "learning"), 4, np.random.default_rng(0)
     for values in game.state:
         values[...] = generator.integers(0, 2, values.shape) if values.dtype == bool else generator.random(values.shape)
         values[1] = ~values[0] if values.dtype == bool else values[0] + 1
-    block, plants, start = make_block(n), make_plants(1), [values.copy() for values in game.state]
+    block, plants, start = make_block(n, WIDTH), make_plants(1, WIDTH), [values.copy() for values in game.state]
     drawn = game.drawn.view(np.recarray)
     for b, k in ((1, 7), (0, 7), (1, 8)):  # the second takes the place of the first
         load(block, plants, game.state, drawn, b, k, n)
