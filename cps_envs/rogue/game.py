@@ -31,7 +31,7 @@ from cps_envs.rogue.observation import observe_attacker, observe_defender
 from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics
 from cps_envs.rogue.picture.scene import Scene, scene_of
 from cps_envs.rogue.privileged import Truth
-from cps_envs.rogue.start import builds_of, chances_of, ranges_of, start_episodes
+from cps_envs.rogue.start import Where, builds_of, chances_of, ranges_of, start_episodes
 from cps_envs.rogue.state import NEVER, Drawn, State, allocate, rules_of
 from cps_envs.rogue.swarm import SeizedTeam, VehicleTeam
 
@@ -176,7 +176,7 @@ class RogueGame(Game):
             self._chances,
             self._ranges,
             self._builds,
-            inside.Where(self._places.first, self._places.counts),
+            Where(self._places.first, self._places.counts),
             self._episodes,
             self._leader_mps,
             np.array(self._limits),
@@ -185,7 +185,7 @@ class RogueGame(Game):
             *shown,
         )
         advance = inside.advance if self.modes else inside.advance_commanded
-        shows = {"attacker": inside.show_attacker, "defender": inside.show_defender}
+        shows: dict[Role, Any] = {"attacker": inside.show_attacker, "defender": inside.show_defender}
         return InsidePhysics(held, inside.reset, advance, shows)
 
     def columns(self, role: Role) -> tuple[ActionColumn, ...]:

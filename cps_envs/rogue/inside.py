@@ -9,7 +9,7 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observat
 from cps_envs.rogue.actions import read_choices, read_levels
 from cps_envs.rogue.moves import step
 from cps_envs.rogue.observation import observe_attacker, observe_defender
-from cps_envs.rogue.start import Builds, start_episodes
+from cps_envs.rogue.start import Builds, Where, start_episodes
 from cps_envs.rogue.state import State
 
 
@@ -18,13 +18,6 @@ class Shown(NamedTuple):
 
     offsets: Array  # (1,)
     scale: FloatArray  # (2, size)
-
-
-class Where(NamedTuple):
-    """The arrays of `core.declare.places.Places`."""
-
-    first: IntArray  # (2, m)
-    counts: IntArray  # (2,)
 
 
 class Held(NamedTuple):

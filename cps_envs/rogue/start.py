@@ -75,6 +75,13 @@ def builds_of(config: RogueConfig) -> Builds:
     return Builds(low, width, np.array([names_each(value) for value in values]), further)
 
 
+class Where(NamedTuple):
+    """The arrays of `core.declare.places.Places`."""
+
+    first: IntArray  # (2, m)
+    counts: IntArray  # (2,)
+
+
 @kernel
 def start_episodes(
     state: State,
@@ -86,7 +93,7 @@ def start_episodes(
     ranges: Array,
     builds: Builds,
     rules: Array,
-    places: Places,
+    places: Places | Where,
     halves: IntArray,
     leader_mps: FloatArray,
 ) -> None:

@@ -132,9 +132,9 @@ class Tested(Suspicion):
                 f"drift = {drift} and release_s = {release_s} must be 0 or more, thresholds above 0"
             )
         fields, steps = self.spec.fields, float(round(release_s / self.config.dt_s))
-        numbers = [np.array([value]) for value in (gate_of(gate), drift)]
+        largest, least_drift = np.array([gate_of(gate)]), np.array([drift], np.float64)
         limits = np.zeros(0) if threshold is None else threshold
-        self.known = Known(fields.offsets, fields.scale, *numbers, limits, np.array([steps]))
+        self.known = Known(fields.offsets, fields.scale, largest, least_drift, limits, np.array([steps]))
 
     def blank(self) -> FloatArray:
         """The sums of `Memory`."""

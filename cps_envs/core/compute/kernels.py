@@ -96,7 +96,7 @@ def _type_borrowed(_: Any) -> Any:
     return lambda array: array if isinstance(array, types.Array) else None
 
 
-@lower_builtin(borrowed, types.Array)
+@lower_builtin(borrowed, types.Array)  # type: ignore[no-untyped-call,untyped-decorator]
 def _borrow(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     view = make_array(signature.return_type)(context, builder, arguments[0])  # type: ignore[no-untyped-call]
     for owner in ("meminfo", "parent"):
@@ -128,11 +128,12 @@ def _type_room(_: Any) -> Any:
     return typer
 
 
-@lower_builtin(room, types.Any)
-@lower_builtin(room, types.Any, types.Any)
+@lower_builtin(room, types.Any)  # type: ignore[no-untyped-call,untyped-decorator]
+@lower_builtin(room, types.Any, types.Any)  # type: ignore[no-untyped-call,untyped-decorator]
 def _make_room(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     shape, made = signature.args[0], signature.return_type
-    sizes = unpack_tuple(builder, arguments[0]) if isinstance(shape, types.BaseTuple) else [arguments[0]]
+    tupled = isinstance(shape, types.BaseTuple)
+    sizes = unpack_tuple(builder, arguments[0]) if tupled else [arguments[0]]  # type: ignore[no-untyped-call]
     return _empty_nd_impl(context, builder, made, sizes)._getvalue()  # type: ignore[no-untyped-call]
 
 

@@ -87,10 +87,10 @@ class CardVectorEnv(LearningVectorEnv):
     def _made(self) -> Table:
         """The arrays of a new match, on the card."""
         wiring = self.wired.wiring
-        scaling = wiring.mean, wiring.deviation
+        scaling, rival = (wiring.mean, wiring.deviation), self.opponent or "none"
 
         def card(count: int) -> Card:
-            stage = stage_of(self._stage.setting, self.opponent, count, scaling=scaling, **self._form)
+            stage = stage_of(self._stage.setting, rival, count, scaling=scaling, **self._form)
             assert isinstance(stage.side, LearningSide)
             return card_of(stage.match, stage.side, seeded(np.resize(self._seeds(), count).tolist()))
 

@@ -96,7 +96,7 @@ class World(NamedTuple):
 class Drawn(NamedTuple):
     """What a mixture remembers: which policy plays, and what all of them remember."""
 
-    index: IntArray  # (B,)
+    place: IntArray  # (B,) among its policies
     members: Any
 
 
@@ -138,11 +138,11 @@ def _mixed(policy: Mixture, members: list[InsidePolicy]) -> InsidePolicy:
         share, index = uniform(stream), 0
         while index < mixed.bounds.size - 1 and mixed.bounds[index] <= share:
             index += 1
-        drawn.index[0] = index
+        drawn.place[0] = index
         begin_all(mixed.members, drawn.members, stream)
 
     def act(mixed: Mixed, drawn: Drawn, seen: Observation, action: Array) -> None:
-        act_one(drawn.index[0], mixed.members, drawn.members, seen, action)
+        act_one(drawn.place[0], mixed.members, drawn.members, seen, action)
 
     def remember(count: int) -> Drawn:
         return Drawn(np.zeros(count, np.int64), memory(count))

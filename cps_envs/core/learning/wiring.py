@@ -122,7 +122,7 @@ class Wired:
         """
         self.wiring, self.adapter = wiring, adapter
         interval_s = adapter.spec.decision_interval_s
-        self._recent = np.array([-np.expm1(-interval_s / time_s) for time_s in wiring.recent_s])
+        self.recent = np.array([-np.expm1(-interval_s / time_s) for time_s in wiring.recent_s])
         self._rough = -np.expm1(-interval_s / wiring.rough_s) if wiring.rough_s else 0.0
         self.averages = bool(wiring.recent_s or wiring.rough_s)  # whether it has to see every decision of the role
         parts = 1 + len(wiring.recent_s) + bool(wiring.rough_s)
@@ -141,8 +141,11 @@ class Wired:
         self.action_space = action_space_of(adapter.action_space, self.together, flat=wiring.flat)
         self._neutral = np.asarray(adapter.neutral_action)
         mean, deviation = (np.array(each, np.float32) for each in (wiring.mean, wiring.deviation))
-        self.scaled = mean, 1 / deviation, np.array(self.choices, np.int64)  # what `fill_inputs` needs to know
-        self.recent = self._recent
+        self.scaled = (
+            mean,
+            (1 / deviation).astype(np.float32),
+            np.array(self.choices, np.int64),
+        )  # what `fill_inputs` needs to know
 
     def space(self) -> WiredBox:
         """The rows."""
@@ -160,7 +163,7 @@ class Wired:
         """The state at the start of episodes."""
         agents, size = len(self.adapter.agents), self.adapter.fields.size
         row = np.zeros((num_envs, agents, size), np.float32)
-        averages = np.zeros((num_envs, agents, len(self._recent), size), np.float32)
+        averages = np.zeros((num_envs, agents, len(self.recent), size), np.float32)
         neutral = self.adapter.neutral_action
         kept = np.full((num_envs, agents, *neutral.shape), neutral)
         return row, averages, row.copy(), kept, np.zeros(num_envs, np.int64), *self.adapter.begin(num_envs)
@@ -184,9 +187,9 @@ class Wired:
         before, averages, rough, kept, age, *own = state
         row = self.adapter.observe(seen, tuple(own))
         first = (age == 0)[:, np.newaxis, np.newaxis]
-        if self._recent.size:
+        if self.recent.size:
             averages = averages.copy()
-            average(row, age == 0, self._recent, averages)
+            average(row, age == 0, self.recent, averages)
         if self._rough:
             change = np.where(first, 0.0, np.abs(row - before) - rough)
             rough = rough + (self._rough * change).astype(np.float32)
