@@ -57,7 +57,7 @@ def step_eventful(
     num_steps: int,
 ) -> None:
     """`step` where something happens between the integration steps, see `events.is_eventful`."""
-    r, closing = unpack(Rules, rules, 0), np.empty(state.position.shape[1])
+    r, closing = unpack(Rules, rules, 0), room(state.position.shape[1])
     for b in range(envs.size):
         if envs[b]:
             episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)
