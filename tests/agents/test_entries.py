@@ -224,7 +224,7 @@ def test_a_kind_is_found_and_not_said(boards: Path, tmp_path: Path) -> None:
     assert kind_of(SMALL, 'mixture?policies=["zoo:fdi-attack","tracker"]').name == "advised"
     assert kind_of(Track("hvac", "defender", 8, ()), "zoo:hvac-defense") == Kind("advised", by="bayes")
     shown = [str(each) for each in (Kind("from scratch"), Kind("advised", by="bayes"), Kind("searched", numbers=11))]
-    assert shown == ["network from scratch", "network advised by bayes", "searched, 11 numbers"]
+    assert shown == ["network from scratch", "network advised by bayes", "tuned by search, 11 numbers"]
     for wrong in ({"name": "magic"}, {"name": "advised"}, {"name": "searched"}, {"name": "hand-set", "numbers": 1}):
         with pytest.raises(CommandError):
             Kind(**wrong)

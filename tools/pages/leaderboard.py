@@ -19,8 +19,8 @@ Scores, kinds and ranks of every entry, as [the challenge](challenge.md) defines
 integration has played them all and written every number. [Submit](submit.md) says how to add a row.
 `cps-envs score board` prints the same.
 
-* **Kind**: hand-set or searched controller, network from scratch, network advised by a controller, code, or privileged.
-* **Rank** is among entries of one kind; hand-set and searched controllers share one ranking. Entries share a rank where
+* **Kind**: controller that is hand-set or tuned by search, network from scratch, network advised by a controller, code, or privileged.
+* **Rank** is among entries of one kind; both kinds of controllers share one ranking. Entries share a rank where
   their difference, in pairs on the same episodes, may be chance. A privileged entry has none.
 * **Return as score**: 0 is the best policy that never looks, 100 the reference of the track; more is better. ± is half
   of a 95 % interval over training seeds and episodes. Of several training seeds the worst is named.
@@ -29,7 +29,7 @@ integration has played them all and written every number. [Submit](submit.md) sa
 * **Best response**: the attacker's return when the strongest known opponent plays this entry, in the unit of the game,
   with who found it: `known` are shipped policies, `search` tries numbers, `shared-ppo` is our own PPO
   (`cps-envs best-response --entry`). Of several training seeds the one that fares worst is shown. A stronger opponent
-  may exist. Where nobody has searched the column has -.
+  may exist. A dash means that nobody has looked.
 """
 
 

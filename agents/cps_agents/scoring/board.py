@@ -26,7 +26,7 @@ FOLDER = Path(__file__).parents[3] / "leaderboard" / VERSION  # of a clone; an i
 HEAD = ("policy", "kind", "rank", "return as score", "began at", "training added", "worst opponent", "best response")
 FRONT = {  # columns of the front table, and the kinds in each
     "hand-set": (HAND_SET,),
-    "searched": (SEARCHED,),
+    "tuned by search": (SEARCHED,),
     "network from scratch": (SCRATCH,),
     "network advised": (ADVISED,),
     "privileged": (PRIVILEGED,),

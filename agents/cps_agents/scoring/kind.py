@@ -45,7 +45,7 @@ class Kind:
 
     def __str__(self) -> str:
         if self.name == SEARCHED:
-            return f"searched, {self.numbers} number{'s' * (self.numbers > 1)}"
+            return f"tuned by search, {self.numbers} number{'s' * (self.numbers > 1)}"
         return {SCRATCH: "network from scratch", ADVISED: f"network advised by {self.by}"}.get(self.name, self.name)
 
     @property
