@@ -19,7 +19,8 @@ Scores, kinds and ranks of every entry, as [the challenge](challenge.md) defines
 integration has played them all and written every number. [Submit](submit.md) says how to add a row.
 `cps-envs score board` prints the same.
 
-* **Kind**: controller that is hand-set or tuned by search, network from scratch, network advised by a controller, code, or privileged.
+* **Kind**: a controller, hand-set or tuned by search; a network, from scratch or advised by a controller; code; or
+  privileged.
 * **Rank** is among entries of one kind; both kinds of controllers share one ranking. Entries share a rank where
   their difference, in pairs on the same episodes, may be chance. A privileged entry has none.
 * **Return as score**: 0 is the best policy that never looks, 100 the reference of the track; more is better. ± is half
