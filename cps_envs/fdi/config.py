@@ -271,3 +271,9 @@ PRESETS = {
     "drawn": DRAWN,
     "defense": DEFENSE,
 }
+SIZES = ("num_vehicles", "attacked", "tasks", "goal", "estimator", "correction_levels")  # what lengths of arrays follow
+
+
+def has_preset_sizes(config: FdiConfig) -> bool:
+    """Whether arrays are as long as in some preset, for whose lengths kernels are compiled."""
+    return any(all(getattr(config, name) == getattr(preset, name) for name in SIZES) for preset in PRESETS.values())

@@ -20,7 +20,7 @@ from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, O
 from cps_envs.fdi import inside
 from cps_envs.fdi.adapters.motion import Motion
 from cps_envs.fdi.adapters.sensor import Sensor
-from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.config import FdiConfig, has_preset_sizes
 from cps_envs.fdi.drawing import chances_of, draw, draws_anything, has_own_constants
 from cps_envs.fdi.dynamics import begin, step, step_filtered
 from cps_envs.fdi.filtered import observe_filtered
@@ -88,7 +88,8 @@ class FdiGame(Game):
         self._measured = [name for name in Metrics._fields if name not in left_out]
         shared = (self._tasks, self._constants, matrices_of(config))
         layouts = [Layout(self.fields[role].offsets, self.fields[role].scale) for role in ROLES]
-        self._batch = hold(Batch(self.state, self._metrics, self.terminated, *shared, *layouts))
+        batch = Batch(self.state, self._metrics, self.terminated, *shared, *layouts)
+        self._batch = hold(batch, told=has_preset_sizes(config))
         self._episodes: IntArray = np.arange(num_envs)
         self._waiting: IntArray = np.repeat(self.neutral_action["attacker"][np.newaxis], num_envs, axis=0)
         self._trusting: IntArray = np.zeros((num_envs, 0), np.int64)

@@ -197,3 +197,16 @@ HOUSE = (
     *("heat_capacity_j_per_k", "wall_resistance_k_per_w", "link_zones", "link_resistance_k_per_w", "ground_zones"),
 )
 SYSTEM = (*HOUSE, "step_s", "noise_std_c")  # what numbers of policies were found for
+SIZES = (  # what the lengths of arrays follow, beside the zones and their links
+    *("num_steps", "window_steps", "prediction_steps", "controller", "num_levels", "num_sensors", "set_size"),
+    *("kalman_filters", "thermostats", "attacker_view", "attacker_sees_choice"),
+)
+
+
+def has_preset_sizes(config: HvacConfig) -> bool:
+    """Whether arrays are as long as in some preset, for whose lengths kernels are compiled."""
+    return any(_sizes(config) == _sizes(preset) for preset in PRESETS.values())
+
+
+def _sizes(config: HvacConfig) -> tuple[object, ...]:
+    return config.num_zones, len(config.link_zones), *(getattr(config, name) for name in SIZES)

@@ -19,7 +19,7 @@ from cps_envs.core.game.game import Adapters, Game
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import deliver, sense, shift_references
 from cps_envs.hvac.belief import Belief
-from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.config import HvacConfig, has_preset_sizes
 from cps_envs.hvac.disturbance import Drift, disturbances
 from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
@@ -102,7 +102,8 @@ class HvacGame(Game):
             attacker_at=self.fields["attacker"].offsets,
             defender_at=self.fields["defender"].offsets,
         )
-        self._batch = hold(Batch(self.constants, pack(self.rules), self.state, self._views))
+        batch = Batch(self.constants, pack(self.rules), self.state, self._views)
+        self._batch = hold(batch, told=has_preset_sizes(config))
         self._draw_from(config)
         self._episodes: IntArray = np.arange(num_envs)
         self._quiet = np.zeros((num_envs, entries))

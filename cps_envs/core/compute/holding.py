@@ -3,8 +3,9 @@
 Each array in a kernel's arguments costs 0.05 to 0.13 us, which for a single environment adds up to more than its step
 of physics. `hold` notes once where the arrays of a named tuple lie. A kernel uses what is held like the tuple itself.
 
-It also tells the compiler how long rows are: loops over four vehicles or three sensors become straight code. So there
-is a kernel for each set of sizes.
+It also tells the compiler how long rows are, where asked to: loops over four vehicles or three sensors become straight
+code. Each set of sizes then compiles a kernel of its own, so a game asks for it in the sizes of its presets only; all
+others share one kernel.
 """
 
 from __future__ import annotations
@@ -31,27 +32,30 @@ class Holder:
 
     __slots__ = ("_numba_type_", "_words", "address", "named")
 
-    def __init__(self, named: Any) -> None:
+    def __init__(self, named: Any, told: bool) -> None:
         self.named = named
         self._words = np.array(list(_words(named)), np.int64)
         self.address = self._words.ctypes.data
-        self._numba_type_ = HolderType(typeof(named), shapes_of(named))  # type: ignore[no-untyped-call]
+        shapes = shapes_of(named) if told else unknown(named)
+        self._numba_type_ = HolderType(typeof(named), shapes)  # type: ignore[no-untyped-call]
 
     def __getattr__(self, name: str) -> Any:
         return getattr(object.__getattribute__(self, "named"), name)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Holder, (self.named,)  # a copy's arrays lie elsewhere
+        kind = self._numba_type_
+        return Holder, (self.named, kind.shapes != unknown(self.named))  # a copy's arrays lie elsewhere
 
 
-def hold(named: Named) -> Named:
+def hold(named: Named, told: bool = False) -> Named:
     """A named tuple of arrays, or of such tuples, for handing to kernels, which cannot tell it from the tuple.
 
-    Its arrays are those of now: fill them, do not replace them. In a kernel they have no owners, see `kernels.lend`.
+    `told`: whether the compiler knows how long rows are, see above. Its arrays are those of now: fill them, do not
+    replace them. In a kernel they have no owners, see `kernels.lend`.
     """
     if PLAIN:
         return named
-    holder: Any = Holder(named)
+    holder: Any = Holder(named, told)
     held: Named = holder
     return held
 
@@ -63,6 +67,11 @@ def shapes_of(named: Any) -> Shapes:
     that a longer episode needs no other kernel. Yet that one is empty is told, as whole branches go by it.
     """
     return tuple(shapes_of(each) if isinstance(each, tuple) else _shape_of(each) for each in named)
+
+
+def unknown(named: Any) -> Shapes:
+    """What says nothing of the arrays of a named tuple: any length will do on each axis."""
+    return tuple(unknown(each) if isinstance(each, tuple) else (None,) * each.ndim for each in named)
 
 
 def _shape_of(array: Array) -> Shapes:

@@ -136,7 +136,10 @@ def test_what_is_held_tells_how_long_rows_are_and_no_axis_that_counts() -> None:
     absent = State(np.zeros((2, 3)), np.zeros((2, 0, 3)), np.zeros(2, np.int64))
     nested = Everything(absent, Shared(np.zeros(4)))
     assert shapes_of(nested) == (((None, 3), (None, 0, 3), (None,)), ((None,),))
-    assert hold(nested)._numba_type_.shapes == shapes_of(nested)  # type: ignore[attr-defined]
+    held: Any = hold(nested, told=True)
+    assert held._numba_type_.shapes == shapes_of(nested)
+    assert copy_of(held)._numba_type_.shapes == shapes_of(nested)
+    assert hold(nested)._numba_type_.shapes == (((None,) * 2, (None,) * 3, (None,)), ((None,),))  # type: ignore[attr-defined]
 
 
 @kernel
@@ -146,13 +149,13 @@ def sizes_of(batch: Everything, found: IntArray) -> None:
     found[2], found[3], found[4] = episode.matrix.shape[0], episode.matrix.size, shared.offset.size
 
 
-def test_a_kernel_is_compiled_for_lengths_of_rows_whatever_the_number_of_environments() -> None:
-    for envs, n in ((2, 3), (5, 3), (1, 3), (2, 4)):
+def test_a_kernel_is_compiled_for_told_lengths_of_rows_and_one_for_all_others() -> None:
+    for envs, n, told in ((2, 3, True), (5, 3, True), (1, 3, True), (2, 4, True), (2, 3, False), (1, 4, False)):
         state = State(np.zeros((envs, n)), np.zeros((envs, n + 1, n)), np.zeros(envs, np.int64))
         found = np.zeros(5, np.int64)
-        sizes_of(hold(Everything(state, Shared(np.zeros(7)))), found)
+        sizes_of(hold(Everything(state, Shared(np.zeros(7))), told), found)
         assert found.tolist() == [envs, n, n + 1, (n + 1) * n, 7]
-    assert len(sizes_of.overloads) == 2  # type: ignore[attr-defined]
+    assert len(sizes_of.overloads) == 3  # type: ignore[attr-defined]
 
 
 def make_pair(first: str, second: str) -> Any:
