@@ -209,4 +209,11 @@ def has_preset_sizes(config: HvacConfig) -> bool:
 
 
 def _sizes(config: HvacConfig) -> tuple[object, ...]:
-    return config.num_zones, len(config.link_zones), *(getattr(config, name) for name in SIZES)
+    drifts = (
+        extremes(config.heat_drift_w)[1],
+        extremes(config.forecast_bias_c)[1],
+        extremes(config.forecast_drift_c)[1],
+    )
+    present = tuple(most > 0 for most in drifts)  # without them there is no room for their courses
+    alike = isinstance(config.reference_c, (int, float))  # all zones have one set-point
+    return config.num_zones, len(config.link_zones), alike, *present, *(getattr(config, name) for name in SIZES)

@@ -76,7 +76,7 @@ class Effort(Adapter):
     def observe(self, seen: Seen, state: State) -> Observation:
         """The rows (B, A, m) of the seized vehicles, of one (B, 1, m)."""
         if len(self.agents) == 1:
-            shown = np.empty((len(seen), 1, self.fields.size), np.float32)
+            shown = np.empty((len(seen), 1, self._shown.size), np.float32)  # a subclass may show more
             show_again(self._known, Alone(EFFORTS), seen.observation, shown)
             return shown
         shape = (len(seen), len(self.agents))
@@ -87,8 +87,8 @@ class Effort(Adapter):
         return encoded(self._shown, columns, seen).reshape(*shape, -1)
 
     def inside(self) -> InsideAdapter | None:
-        """Of a single seized vehicle."""
-        if len(self.agents) > 1:
+        """Of a single seized vehicle; a subclass shows and does other things."""
+        if len(self.agents) > 1 or type(self) is not Effort:
             return None
         remember = Alone(EFFORTS)
         return InsideAdapter(self._known, lambda _: remember, begin_blank, show_again, mark_begun, take_effort)
