@@ -74,7 +74,7 @@ def test_the_table_shows_every_metric_and_the_mean() -> None:
     assert "seed 11" in printed
     assert "12 episodes" in printed
     assert "velocity_error_intact" in printed
-    assert "velocity_error_all + collision_penalty + end_charge" in printed
+    assert "velocity_error_all + collision_penalty + end_charge" in " ".join(printed.split())
     printed = robots("--episodes", "2").stdout
     assert "velocity_error" in printed
     assert "2 episodes" in printed

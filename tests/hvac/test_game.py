@@ -480,4 +480,5 @@ def test_presets_hide_the_choice_where_heat_drifts() -> None:
         "easy": True,
         "learning": False,
         "hard": False,
+        "weather": False,
     }
