@@ -262,7 +262,7 @@ def test_the_command_trains_and_judges(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "best-response.json").read_text()) == found
     printed = succeeded(*base, *TINY, *where, "--resume").stdout
     assert "The best defence found is" in printed
-    assert "pay, fresh episodes" in printed
+    assert "return, fresh episodes" in printed
     assert "another recipe" in refusal(*base, *TINY, *where, "--set", "duration_s=4")
 
 

@@ -53,8 +53,8 @@ def test_a_rank_is_shared_with_its_first_and_not_with_the_row_before(monkeypatch
     assert [row[:3] for row in table.rows] == [
         ("told", "privileged", "-"),
         ("first", "hand-set", "1"),
-        ("second", "searched, 1 number", "1"),
-        ("third", "searched, 3 numbers", "3"),
+        ("second", "tuned by search, 1 number", "1"),
+        ("third", "tuned by search, 3 numbers", "3"),
         ("net", "network from scratch, 1 training seed", "1"),
         ("last", "hand-set", "4"),
         ("advised", "network advised by pd, 1 training seed", "1"),

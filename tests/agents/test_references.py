@@ -74,7 +74,6 @@ def test_a_network_is_known_by_its_weights_in_any_folder(folder: str, easy: Game
         assert form_of(reference, config) == {"tasks": "x1>1"}
         assert is_trained(reference)
         find_problem("fdi").policy(reference, easy, "attacker")  # it can be played
-    assert kind_of(find_track("fdi-attack"), reference).name == "from scratch"
     save(card, written[0], {seed: written[1][1 - seed] for seed in (0, 1)})
     for reference, sources in before.items():
         after = origin_of("fdi", reference).sources
@@ -170,8 +169,10 @@ def test_strategies_take_mixtures_apart_whatever_their_names_hold() -> None:
 
 
 def test_a_kind_is_that_of_the_networks_inside(tmp_path: Path) -> None:
-    save_tiny(tmp_path / "policy.json", "fdi", "attacker", preset="easy")
     track, mine = find_track("fdi-attack"), f"zoo:{tmp_path}"
+    save_tiny(
+        tmp_path / "policy.json", "fdi", "attacker", preset=track.venue.preset, overrides=dict(track.venue.overrides)
+    )
     assert kind_of(track, mixture([mine, "none"])).name == "from scratch"
     assert kind_of(track, mixture([mine, "tracker"])).name == "advised"
     with pytest.raises(ConfigurationError, match="given twice"):

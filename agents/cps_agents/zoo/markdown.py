@@ -11,7 +11,13 @@ from cps_envs.core.policies.adapter import advised_by
 from cps_envs.core.policies.lookup import load, policy_entry
 from cps_envs.core.types import ROLES
 
-ELSEWHERE = ("stable-baselines3", "sb3-contrib", "pymoo", "pettingzoo")  # packages that our own PPO does not use
+ELSEWHERE = (
+    "stable-baselines3",
+    "sb3-contrib",
+    "pymoo",
+    "pettingzoo",
+    "osqp",
+)  # packages that our own PPO does not use
 OF_SEARCH = {"family", "population", "search_deviation", "search_steps", "scenes"}
 OF_OTHERS = {"buffer_size", "exploration_share", "learning_starts", "updates_per_step", "memory_units"}
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"
@@ -78,7 +84,7 @@ def _training(card: Card) -> str:
         (seed, *(form.format(facts[name]) if name in facts else "" for name, form in shown.items()))
         for seed, facts in card.seeds.items()
     ]
-    versions = ", ".join(f"{name} {version}" for name, version in card.versions.items() if _used(card, name))
+    versions = ", ".join(f"{name} {version}" for name, version in card.versions.items() if name not in ELSEWHERE)
     began = _began(card)
     return "\n".join(
         ["## Training", "", f"`{card.command}`", "", *began, *_table(columns, rows), "", f"With {versions}."]
@@ -134,11 +140,6 @@ def _limits(card: Card) -> str:
 def _knobs(card: Card) -> str:
     knobs = json.dumps({name: value for name, value in card.recipe.items() if _turned(card, name)}, sort_keys=True)
     return f"## Knobs\n\nThose that are on; `cps-envs zoo show {card.name} --json` prints all.\n\n```json\n{knobs}\n```"
-
-
-def _used(card: Card, package: str) -> bool:
-    """Whether the training of a card used a package; `osqp` solves for opponents of the disbanding problem only."""
-    return package not in ELSEWHERE and (package != "osqp" or card.problem == "disbanding")
 
 
 def _turned(card: Card, knob: str) -> bool:

@@ -27,8 +27,9 @@ def outcome(folder: Path, **environment: str) -> list[str]:
     shutil.rmtree(kept, ignore_errors=True)
     told = {"NUMBA_CACHE_DIR": str(kept), "CPS_ENVS_QUIET": "1", "PYTHONPATH": str(folder), **environment}
     child = [sys.executable, "-c", environment.get("CALL", CALL)]
+    around = {name: value for name, value in os.environ.items() if name != NATIVE}  # which `cps-envs warm` sets
     return subprocess.run(
-        child, cwd=folder, env=os.environ | told, capture_output=True, text=True, check=True
+        child, cwd=folder, env=around | told, capture_output=True, text=True, check=True
     ).stdout.split()
 
 
