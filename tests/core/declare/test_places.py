@@ -7,7 +7,7 @@ import pytest
 
 from cps_envs.core.compute.generators import seeded
 from cps_envs.core.declare.places import JUDGED, LEARNED, Places, halves_of, place_episodes
-from cps_envs.core.declare.seeds import TRAINING_START, VALIDATION, is_judged, score_seeds, training_seed
+from cps_envs.core.declare.seeds import TRAINING_START, VALIDATION, fresh_seeds, is_judged, score_seeds, training_seed
 from cps_envs.core.declare.series import Series
 from cps_envs.core.errors import ConfigurationError
 
@@ -78,7 +78,7 @@ def test_series_that_are_too_short_are_refused(series: Series, changes: dict[str
 
 
 def test_seeds_of_judgements_are_no_others() -> None:
-    judged = [0, 999_999, *score_seeds("dev", 7, 4096)[:2], score_seeds("audit", 3, 8, draw=900)[0]]
+    judged = [0, 999_999, *score_seeds("dev", 7, 4096)[:2], fresh_seeds(900, 3, 8)[0]]
     others = [VALIDATION[0], TRAINING_START, training_seed(8999) + 7, 2**31, 2**100, -1]
     assert [is_judged(seed) for seed in judged] == [True] * len(judged)
     assert [is_judged(seed) for seed in others] == [False] * len(others)
