@@ -186,6 +186,7 @@ def test_learning_goes_on_with_the_best_known_network(tmp_path: Path, monkeypatc
         make_learner(replace(narrow, start=first.reference), 0)
 
 
+@pytest.mark.slow
 def test_oracles_that_cannot_are_left_out_and_validation_chooses(tmp_path: Path) -> None:
     pytest.importorskip("cma")
     searching = choose_oracles("rogue", "attacker", [SEARCHES])

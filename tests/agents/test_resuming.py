@@ -57,7 +57,11 @@ def test_a_run_that_is_killed_loses_a_tenth_or_a_minute_at_the_most(name: str) -
     assert lost <= MOST_SHARE or lost * recipe.training.total_timesteps / SLOWEST <= MOST_S
 
 
-@pytest.mark.parametrize("name", [name for name in OURS if not starts_at_once(RECIPES[name])])
+LATE = [name for name in OURS if not starts_at_once(RECIPES[name])]
+LONG = ("hvac-defense", "rogue-defense")  # take seconds
+
+
+@pytest.mark.parametrize("name", [slow(name) if name in LONG else name for name in LATE])
 def test_episodes_go_on_bit_for_bit_whoever_plays_them(name: str) -> None:
     recipe = changed(RECIPES[name], {"num_envs": 4})
     whole, again = envs_of(recipe), envs_of(recipe)
@@ -117,6 +121,7 @@ import os, signal, sys
 from pathlib import Path
 from cps_agents.learning.learner import learn
 from tests.agents.test_ppo import job
+from tests.turns import slow
 
 def kill(steps, note):
     if steps > int(sys.argv[2]) // 2:

@@ -76,7 +76,7 @@ def test_the_command_line_plays_it(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert picture.stat().st_size > 0
     assert "Told:" not in succeeded("list", "own_problem:TANK").output  # nobody is
     plain = succeeded("play", "own_problem:TANK", "--set", "duration_s=20").output
-    assert "paid, in m s: error_ms + flood_fee_ms" in " ".join(plain.split())
+    assert "The return is the attacker's, in m s: error_ms + flood_fee_ms" in " ".join(plain.split())
 
 
 def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -340,7 +340,7 @@ def _misread(value: Any) -> str:
     if isinstance(value, str) and value.strip().lower() in ("true", "false", "yes", "no", "on", "off"):
         return f" {shown(value)} is text here: write it without quotes, as true or false."
     if isinstance(value, str) and NUMBER.fullmatch(value.strip()):
-        dotted = float(value)
+        dotted = float(value.strip())
         return (
             f" {shown(value)} is text here, not a number: write {dotted:g} without quotes, with a point and a sign "
             f"before an exponent, as in 5.0e+5, which YAML needs."
