@@ -28,6 +28,7 @@ from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array
 from tests.agents.test_ppo import job, recipe_of
 from tests.core.toy import TOY
+from tests.turns import slow
 
 ROOT = Path(__file__).parents[2]
 OURS = [name for name, recipe in RECIPES.items() if recipe.algorithm == SHARED]
@@ -121,7 +122,6 @@ import os, signal, sys
 from pathlib import Path
 from cps_agents.learning.learner import learn
 from tests.agents.test_ppo import job
-from tests.turns import slow
 
 def kill(steps, note):
     if steps > int(sys.argv[2]) // 2:
