@@ -21,6 +21,7 @@ from cps_agents.errors import CommandError
 from cps_agents.sb3 import make
 from cps_agents.zoo.files import load
 from cps_agents.zoo.importing import import_models
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.game.play import play_episodes
 from cps_envs.core.policies.trust import vouched
 from tests.agents.command_line import succeeded
@@ -69,6 +70,9 @@ def test_an_imported_model_plays_the_same_episodes(
     model = algorithm(policy, envs, **more).learn(96 if algorithm is not DQN else 30)
     model_file, network = imported(model, name, tmp_path)
     np.testing.assert_allclose(paid(envs, network), paid(envs, model_file), atol=1e-6)
+    if algorithm is RecurrentPPO:
+        with pytest.raises(ConfigurationError, match="most likely actions only: leave deterministic=false out"):
+            paid(envs, f"{network}?deterministic=false")
 
 
 def test_statistics_of_the_inputs_come_along(tmp_path: Path) -> None:

@@ -226,8 +226,12 @@ def wired_policy(spec: RoleSpec, card: Card, network: Network, *, sampled: bool 
     unscaled = replace(network, mean=np.zeros_like(network.mean), deviation=np.ones_like(network.deviation))
     wiring = replace(plain, mean=mean, deviation=deviation)
     if network.cells:
+        if head.sampled:
+            raise ConfigurationError(
+                f"{card.name} has a memory and plays its most likely actions only: leave deterministic=false out."
+            )
         memory = Recalling(unscaled, choices_of(inner.action_space))
-        policy = WiredPolicy(spec, wiring, None, replace(head, sampled=False), memory)
+        policy = WiredPolicy(spec, wiring, None, head, memory)
     else:
         policy = WiredPolicy(spec, wiring, unscaled.forward, head)
     space, size = policy.wired.action_space, policy.wired.columns.size * policy.wired.together
