@@ -1,7 +1,7 @@
 """Kernels that come compiled: the distribution `cps-envs-kernels`, of one version of this library, Python and numba.
 
 They are machine code for x86-64-v3, which Intel's processors know since about 2013 and AMD's since about 2015. Code for
-the processor at hand is up to 15 % faster and is taken first, where it is kept; `CPS_ENVS_NATIVE=1` in the environment
+the processor at hand can be faster and is taken first, where it is kept; `CPS_ENVS_NATIVE=1` in the environment
 asks for no other. Kernels whose sources differ from those that were compiled are not used.
 """
 
